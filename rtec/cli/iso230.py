@@ -16,7 +16,15 @@ from rtec.errors import ArgumentError, RtecError
 from rtec.io import check_folder
 
 if TYPE_CHECKING:
-    from rtec.metrology import ColumnChoices, Coordinate, JudgedTest, PositioningTest, UncertaintyInputs
+    from rtec.metrology import (
+        ColumnChoices,
+        Coordinate,
+        JudgedTest,
+        Measurement,
+        Readings,
+        RotaryReadings,
+        UncertaintyInputs,
+    )
     from rtec.report.iso230.sheet import Sheet
 
 _KNOWN = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
@@ -117,33 +125,47 @@ def _judged(
     """Return a file's figures, their uncertainty, and what speaks against them."""
     from rtec.dataset.load import measurement_of
     from rtec.inference.plausibility import implausible
-    from rtec.metrology import JudgedTest, positioning_figures, positioning_test, positioning_uncertainty, vdi_figures
+    from rtec.metrology import JudgedTest, positioning_figures, positioning_uncertainty, vdi_figures
 
     measurement = measurement_of(path, choices)
-    test = positioning_test(measurement)
-    figures = positioning_figures(test.readings, period=test.period(period), called=measurement.called("target"))
+    readings = measurement.to_readings()
+    length = _period(measurement, readings, period)
+    figures = positioning_figures(readings, period=length, called=measurement.called("target"))
     facts = {} if period is None else {"screw_pitch": period}
     return JudgedTest(
         name=name,
-        facts=test.facts,
+        facts=measurement.facts,
         figures=figures,
         vdi=vdi_figures(figures),
-        uncertainty=positioning_uncertainty(figures, _inputs(test, figures.coordinate, given)),
+        uncertainty=positioning_uncertainty(figures, _inputs(measurement, figures.coordinate, given)),
         warnings=(*figures.warnings, *implausible(measurement, facts)),
-        unknown=test.unknown,
+        unknown=tuple(measurement.unknown),
         notes=measurement.notes,
     )
 
 
-def _inputs(test: PositioningTest, coordinate: Coordinate, given: Mapping[str, str]) -> UncertaintyInputs:
+def _period(measurement: Measurement, readings: Readings | RotaryReadings, given: str | None) -> float | None:
+    """Return the period of the cyclic error: as given, else the screw pitch of a linear axis; None without either."""
+    from rtec.metrology import AxisFacts, Readings
+
+    linear = isinstance(readings, Readings)
+    said = {} if given is None else {"screw_pitch": given}
+    axis = AxisFacts(source=measurement.source, said=measurement.facts if linear else {}, given=said)
+    try:
+        return axis.period("screw_pitch", "mm" if linear else "deg")
+    except ArgumentError as error:
+        raise error.of("--period") from None
+
+
+def _inputs(measurement: Measurement, coordinate: Coordinate, given: Mapping[str, str]) -> UncertaintyInputs:
     """Return what options and the file say of the measurement; an error names the one that said it."""
     from rtec.metrology import UncertaintyInputs
 
-    stated = {name: test.facts[name] for name in UncertaintyInputs.names(coordinate) if name in test.facts}
+    stated = {name: text for name, text in measurement.facts.items() if name in UncertaintyInputs.names(coordinate)}
     try:
         return UncertaintyInputs.read({**stated, **given}, coordinate)
     except ArgumentError as error:
-        raise error if error.name in given else error.of(f"{test.source}: {error.name}") from error
+        raise error if error.name in given else error.of(f"{measurement.source}: {error.name}") from error
 
 
 def _check_alike(tests: Sequence[JudgedTest]) -> None:

@@ -81,7 +81,6 @@ class Dataset:
     axis: int | None = None
 
     def __post_init__(self) -> None:
-        """Check that everything has the same rows."""
         if self.resample is not None and self.conditions.rows != self.resample.samples:
             found = f"{self.conditions.rows} samples"
             raise ArgumentError("dataset", found, f"{self.resample.samples}, as many as the decimation takes")

@@ -10,7 +10,6 @@ from types import MappingProxyType
 import numpy as np
 
 from rtec.dataset.at_rest import conditions_of, held_places, merge_bursts, prepare_at_rest, run_clocks, velocity_of
-from rtec.dataset.axis_facts import AxisFacts
 from rtec.dataset.dataset import Dataset, same_kind
 from rtec.dataset.drive_signals import Resample
 from rtec.dataset.log_rows import leave_out_transient, prepare_log
@@ -21,7 +20,6 @@ from rtec.dataset.observed import (
     observed_of,
     observed_quantity,
     position_of,
-    positions_of,
     without_wraps,
 )
 from rtec.dataset.passes import passages, passed_again
@@ -31,7 +29,7 @@ from rtec.dataset.standstill import Ints
 from rtec.effects import Units
 from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
 from rtec.errors import FileFormatError
-from rtec.metrology import ColumnChoices, Measurement, read_measurement
+from rtec.metrology import AxisFacts, ColumnChoices, Measurement, read_measurement
 from rtec.metrology.columns import MOST_AXES
 from rtec.metrology.tables.choices import NO_CHOICES
 
@@ -104,7 +102,7 @@ def load_dataset(
     if measurement.rows < _FEWEST_ROWS:
         problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
         raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
-    axis = AxisFacts(measurement=measurement, given=facts or {})
+    axis = AxisFacts(source=measurement.source, said=measurement.facts, given=facts or {})
     rows = _rows(measurement, axis, observe, like)
     resample = cutoff_hz = None
     if rows.moving:
@@ -137,7 +135,7 @@ def measurement_of(given: str | Path | Measurement, choices: ColumnChoices = NO_
 def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None) -> Rows:
     """Return the readings of a file, whose log is made continuous and whose clock goes on from run to run."""
     columns = measurement.columns
-    positions = positions_of(measurement, axis)
+    positions = measurement.positions(axis)
     quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
     coordinate = coordinate_of(measurement, positions, quantity, None if like is None else like.coordinate)
     run = columns["run"].values.astype(np.int64) if "run" in columns else np.ones(measurement.rows, dtype=np.int64)
@@ -185,7 +183,6 @@ def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: 
 
 
 def _name_what_is_not_used(rows: Rows) -> None:
-    """Note the columns that nothing looks at."""
     used = {"run", "direction", "time", "deviation", "velocity", rows.observe, rows.coordinate, *rows.temperatures}
     used |= {name for name, item in _AROUND.items() if getattr(rows, item) is not None}
     if rows.observe == "deviation" and "deviation" not in rows.measurement.columns:

@@ -2,59 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
-from rtec.dataset.axis_facts import AxisFacts
 from rtec.dataset.moving_log import unwrapped
 from rtec.effects import Observable
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError, unknown
-from rtec.metrology import Measurement
+from rtec.metrology import Measurement, Positions
 from rtec.metrology.columns import quantity_of_heading
 
 DRIVE = ("force", "current", "torque", "voltage")
 """Quantities of a drive."""
 _NEVER_OBSERVED = ("run", "direction", "time", "target", "deviation")
-_POSITIONS = ("target", "actual", "deviation")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Positions:
-    """Those of target, actual and deviation that a file holds or lets be computed, shape (rows,), in one unit."""
-
-    values: Mapping[str, Floats]
-    unit: str
-    notes: tuple[str, ...]
-
-    @property
-    def turn(self) -> float | None:
-        """A whole turn of a rotary axis, in the unit; None where it is not known, or the axis is linear."""
-        return 360.0 if self.unit == "deg" else None
-
-
-def positions_of(measurement: Measurement, facts: AxisFacts) -> Positions:
-    """Return the position columns of a file in mm, in degrees, or in counts of unknown size; refuse mixtures."""
-    found = {name: column for name, column in measurement.columns.items() if name in _POSITIONS}
-    counts, notes = None, []
-    if any(column.unit == "count" for column in found.values()) and (stated := facts.counts_per_rev()) is not None:
-        counts, key = stated
-        notes.append(f"{counts:g} counts a revolution, as '{key}' says: positions are in degrees")
-    degrees = {"rev": 360.0} if counts is None else {"rev": 360.0, "count": 360.0 / counts}
-    units = {name: "deg" if found[name].unit in degrees else found[name].unit for name in _POSITIONS if name in found}
-    if len(set(units.values())) > 1:
-        problem = "units mixed: " + ", ".join(f"{name} in {unit}" for name, unit in units.items())
-        allowed = "all lengths, or all angles"
-        if "count" in units.values():
-            allowed += "; a line '# counts_per_rev: 8192' turns counts into angles"
-        raise FileFormatError(measurement.source, None, problem, allowed)
-    values = {name: column.values * degrees.get(column.unit, 1.0) for name, column in found.items()}
-    if values.keys() == {"actual", "deviation"}:
-        values["target"] = values["actual"] - values["deviation"]
-        notes.append("target: actual less deviation")
-    return Positions(values=values, unit=next(iter(units.values()), ""), notes=tuple(notes))
 
 
 def observed_quantity(measurement: Measurement, observe: str | None) -> str:

@@ -244,7 +244,6 @@ def _is_dwell(position: Floats, run: Ints, first: int, last: int, band: float) -
 
 
 def _joined(found: list[Stretch], position: Floats, run: Ints, band: float) -> list[Stretch]:
-    """Return the stretches, those that follow each other at one place as one."""
     joined: list[Stretch] = []
     for begin, end in found:
         first, last = joined[-1] if joined else (begin, begin)

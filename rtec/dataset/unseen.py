@@ -108,7 +108,6 @@ def _grid(conditions: Conditions) -> float | None:
 
 
 def _stated(conditions: Conditions) -> list[float]:
-    """Return the stated periods of the axis, in position units."""
     stated = (conditions.screw_pitch, conditions.signal_period, conditions.revolution)
     return [period for period in stated if period is not None and _of_targets(conditions)]
 

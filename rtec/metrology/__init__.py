@@ -1,34 +1,26 @@
 """How an axis is measured and judged: instrument files, measuring programs, ISO 230-2."""
 
+from rtec.metrology.axis_facts import AxisFacts
 from rtec.metrology.experiment_file import read_experiment, write_experiment
-from rtec.metrology.experiment_plan import (
-    ExperimentPlan,
-    Heating,
-    Passes,
-    Reading,
-    Spacing,
-    Strokes,
-    Weather,
-    Zero,
-)
+from rtec.metrology.experiment_plan import ExperimentPlan, Heating, Passes, Reading, Spacing, Strokes, Weather, Zero
 from rtec.metrology.figures import UNITS, Coordinate, PositioningFigures, TargetFigures
 from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.judged_test import JudgedTest
 from rtec.metrology.laser_file import write_laser_file
-from rtec.metrology.load import PositioningTest, positioning_test
-from rtec.metrology.measurement import Column, Measurement, direction_of_motion, measurement_of_readings
+from rtec.metrology.measurement import Column, Measurement, Positions, direction_of_motion, measurement_of_readings
 from rtec.metrology.measurement_csv import write_measurement
 from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.measuring_plan import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_program import Dwell, Move, measuring_program, parse_program
 from rtec.metrology.program_file import read_program
-from rtec.metrology.readings import Readings, joined
+from rtec.metrology.readings import Readings, RotaryReadings, joined
 from rtec.metrology.tables.choices import ColumnChoices, column_choices
 from rtec.metrology.uncertainty import UncertaintyInputs, positioning_uncertainty
 from rtec.metrology.vdi3441 import vdi_figures
 
 __all__ = [
     "UNITS",
+    "AxisFacts",
     "Column",
     "ColumnChoices",
     "Coordinate",
@@ -42,9 +34,10 @@ __all__ = [
     "Move",
     "Passes",
     "PositioningFigures",
-    "PositioningTest",
+    "Positions",
     "Reading",
     "Readings",
+    "RotaryReadings",
     "Spacing",
     "Strokes",
     "TargetFigures",
@@ -58,7 +51,6 @@ __all__ = [
     "measuring_program",
     "parse_program",
     "positioning_figures",
-    "positioning_test",
     "positioning_uncertainty",
     "read_experiment",
     "read_measurement",

@@ -240,7 +240,6 @@ def experiment_lines(plan: ExperimentPlan, about: str = "") -> list[str]:
 
 
 def _tables_of(plan: ExperimentPlan) -> dict[str, Any]:
-    """Return a plan as the tables of its file."""
     tables: dict[str, Any] = {}
     for field, place in KEYS.items():
         table, _, key = place.rpartition(".")
@@ -261,7 +260,6 @@ def _told(value: Any, unit: str) -> Any:
 
 
 def _shown(value: str | int | list[str]) -> str:
-    """Return a value as TOML."""
     if isinstance(value, list):
         return f"[{', '.join(map(_shown, value))}]"
     return str(value) if isinstance(value, int) else f'"{value}"'

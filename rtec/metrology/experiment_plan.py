@@ -152,7 +152,6 @@ class ExperimentPlan:
     columns: tuple[str, ...] = ("direction", "time")
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         unit = "deg" if self.rotary else "mm"
         whole_within("runs", self.runs, 1, 99)
         whole_within("targets", self.targets, 2, 2000)
@@ -216,6 +215,5 @@ class ExperimentPlan:
 
 
 def _in_turn(name: str, values: tuple[float, ...], *, fewest: int = 1) -> tuple[float, ...]:
-    """Return values that take turns."""
     whole_within(f"number of {name}", len(values), fewest, MOST_IN_TURN)
     return values

@@ -30,6 +30,11 @@ UNITS: dict[Coordinate, dict[str, float]] = {
     Coordinate.ANGULAR: {name: 1.0 / TABLE[name].factor for name in ("arcsec", "deg", "urad")},
 }
 """Units of the results; the first is the default."""
+_EACH_WAY = {"A": "accuracy", "R": "repeatability", "E": "systematic"}
+FIGURES = {
+    f"{symbol}{way}": f"{name}{way}" for symbol, name in _EACH_WAY.items() for way in ("", "_forward", "_backward")
+} | {"M": "mean_bidirectional", "B": "reversal", "B_mean": "mean_reversal"}
+"""Attribute of `PositioningFigures` by the symbol of the standard."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -192,18 +197,7 @@ class PositioningFigures:
             "unit": name,
             "targets": int(self.at_targets.target.size),
             "at_targets": self._targets(factor),
-            "A": scaled(self.accuracy),
-            "A_forward": scaled(self.accuracy_forward),
-            "A_backward": scaled(self.accuracy_backward),
-            "R": scaled(self.repeatability),
-            "R_forward": scaled(self.repeatability_forward),
-            "R_backward": scaled(self.repeatability_backward),
-            "E": scaled(self.systematic),
-            "E_forward": scaled(self.systematic_forward),
-            "E_backward": scaled(self.systematic_backward),
-            "M": scaled(self.mean_bidirectional),
-            "B": scaled(self.reversal),
-            "B_mean": scaled(self.mean_reversal),
+            **{symbol: scaled(getattr(self, name)) for symbol, name in FIGURES.items()},
             "max_average_error": scaled(self.max_average_error),
             "max_reversal_error": scaled(self.max_reversal_error),
             "max_repeat": scaled(self.max_repeat),

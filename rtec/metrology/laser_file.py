@@ -152,7 +152,6 @@ def _is_status(value: float | Floats) -> Any:
 
 
 def _row(path: str | Path, line: int, text: str) -> list[float]:
-    """Return the seven numbers of a row."""
     fields = text.split()
     if len(fields) != len(COLUMNS):
         raise FileFormatError(

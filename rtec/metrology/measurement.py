@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -11,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.metrology.plain_numbers import PLAIN_NUMBER, shown
+from rtec.metrology.axis_facts import AxisFacts
+from rtec.metrology.plain_numbers import shown
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
 from rtec.metrology.tables.choices import as_option
+
+_POSITIONS = ("target", "actual", "deviation")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +41,20 @@ class Column:
     def heading(self) -> str:
         """The heading under which the column is written."""
         return f"{self.quantity}_{self.unit}" if self.unit else self.quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Positions:
+    """Those of target, actual and deviation that a file holds or lets be computed, shape (rows,), in one unit."""
+
+    values: Mapping[str, Floats]
+    unit: str
+    notes: tuple[str, ...]
+
+    @property
+    def turn(self) -> float | None:
+        """A whole turn of a rotary axis, in the unit; None where it is not known, or the axis is linear."""
+        return 360.0 if self.unit == "deg" else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -148,82 +164,66 @@ class Measurement:
         >>> m.to_readings().direction.tolist()
         [1, 1, 1, -1, -1]
         """
-        target, target_unit, deviation, deviation_unit = self._target_and_deviation()
+        positions = self.positions(AxisFacts(source=self.source, said=self.facts))
+        have, unit = positions.values, positions.unit
+        if "target" not in have or len(have) == 1:
+            named = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
+            unplaced = next(iter(self.unknown), "HEADING")
+            option = as_option(unplaced, "deviation_mm" if "target" in have else "target_mm")
+            problem = f"no positioning test in the columns {shown(named)}"
+            where = f"where {shown(unplaced)} is one, {option} says so"
+            allowed = f"a target with actual positions or deviations; {where}"
+            raise FileFormatError(self.source, None, problem, allowed)
+        if unit == "count":
+            problem = f"{self.columns['target'].heading} says nothing of length or angle"
+            raise FileFormatError(self.source, None, problem, "a line '# counts_per_rev: 8192'")
+        target = have["target"]
+        deviation = have["deviation"] if "deviation" in have else have["actual"] - target
         run = self.columns["run"].values if "run" in self.columns else np.ones(self.rows)
         if "direction" in self.columns:
             direction = self.columns["direction"].values
         else:
             direction = self._direction_of_motion(target, run)
-        _refuse_mixture(self.source, target_unit, "deviation", deviation_unit)
         signs, runs = direction.astype(np.int8), run.astype(np.int64)
-        if target_unit == "mm":
+        if unit == "mm":
             return Readings(target_mm=target, deviation_mm=deviation, direction=signs, run=runs)
         return RotaryReadings(target_deg=target, deviation_deg=deviation, direction=signs, run=runs)
 
-    def _target_and_deviation(self) -> tuple[Floats, str, Floats, str]:
-        """Return target and deviation with the unit of each, mm or deg."""
-        found = {name: self._length_or_angle(name) for name in ("target", "actual", "deviation")}
-        target, actual, deviation = found["target"], found["actual"], found["deviation"]
-        if target is None and actual is not None and deviation is not None and actual[1] == deviation[1]:
-            target = actual[0] - deviation[0], actual[1]
-        if deviation is None and actual is not None and target is not None:
-            _refuse_mixture(self.source, target[1], "actual", actual[1])
-            deviation = actual[0] - target[0], target[1]
-        if target is None or deviation is None:
-            have = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
-            unplaced = next(iter(self.unknown), "HEADING")
-            option = as_option(unplaced, f"{'target' if target is None else 'deviation'}_mm")
-            raise FileFormatError(
-                self.source,
-                None,
-                f"no positioning test in the columns {shown(have)}",
-                f"a target with actual positions or deviations; where {shown(unplaced)} is one, {option} says so",
-            )
-        return *target, *deviation
-
-    def _length_or_angle(self, quantity: str) -> tuple[Floats, str] | None:
-        """Return a position column in mm or degrees; counts need the fact ``counts_per_rev``."""
-        column = self.columns.get(quantity)
-        if column is None:
-            return None
-        if column.unit == "rev":
-            return column.values * 360.0, "deg"
-        if column.unit == "count":
-            counts = self.number_fact("counts_per_rev")
-            if counts is None:
-                raise FileFormatError(
-                    self.source,
-                    None,
-                    f"{column.heading} says nothing of length or angle",
-                    "a line '# counts_per_rev: 8192'",
-                )
-            return column.values * (360.0 / counts), "deg"
-        return column.values, column.unit
-
-    def number_fact(self, key: str) -> float | None:
-        """Return a fact that is a positive plain number, or None where the file does not state it.
+    def positions(self, axis: AxisFacts) -> Positions:
+        """Return the position columns in mm, in degrees, or in counts of unknown size; refuse mixtures.
 
         Raises
         ------
         FileFormatError
-            The fact is stated and is no positive number.
+            Lengths beside angles, or counts of unknown size beside either.
+        ArgumentError, FileFormatError
+            Counts a turn that are no number.
         """
-        text = self.facts.get(key)
-        if text is None:
-            return None
-        if PLAIN_NUMBER.fullmatch(text.strip()) is None or not 0 < float(text) < math.inf:
-            raise FileFormatError(self.source, None, f"{key}: {shown(text)} is not valid", "a number above 0")
-        return float(text)
+        found = {name: self.columns[name] for name in _POSITIONS if name in self.columns}
+        counts, notes = None, []
+        if any(column.unit == "count" for column in found.values()) and (stated := axis.counts_per_rev()) is not None:
+            counts, key = stated
+            notes.append(f"{counts:g} counts a revolution, as '{key}' says: positions are in degrees")
+        degrees = {"rev": 360.0} if counts is None else {"rev": 360.0, "count": 360.0 / counts}
+        units = {name: "deg" if column.unit in degrees else column.unit for name, column in found.items()}
+        if len(set(units.values())) > 1:
+            problem = "units mixed: " + ", ".join(f"{name} in {unit}" for name, unit in units.items())
+            allowed = "all lengths, or all angles"
+            if "count" in units.values():
+                allowed += "; a line '# counts_per_rev: 8192' turns counts into angles"
+            raise FileFormatError(self.source, None, problem, allowed)
+        values = {name: column.values * degrees.get(column.unit, 1.0) for name, column in found.items()}
+        if values.keys() == {"actual", "deviation"}:
+            values["target"] = values["actual"] - values["deviation"]
+            notes.append("target: actual less deviation")
+        return Positions(values=values, unit=next(iter(units.values()), ""), notes=tuple(notes))
 
     def _direction_of_motion(self, target: Floats, run: Floats) -> Floats:
         step = direction_of_motion(target, run)
         if not step.all():
-            what = (
-                "nothing moves" if not step.any() else f"nothing moves in run {run[np.flatnonzero(step == 0)[0]]:g}"
-            )
-            raise FileFormatError(
-                self.source, None, f"no direction column, and {what}", "a column 'direction' of +1, -1"
-            )
+            where = f" in run {run[np.flatnonzero(step == 0)[0]]:g}" if step.any() else ""
+            problem = f"no direction column, and nothing moves{where}"
+            raise FileFormatError(self.source, None, problem, "a column 'direction' of +1, -1")
         return step
 
 
@@ -254,12 +254,6 @@ def direction_of_motion(target: Floats, run: Floats | NDArray[np.int64]) -> Floa
     for first, last in zip(starts, [*starts[1:], target.size], strict=True):
         step[first:last] = _fill_rests(step[first:last])
     return step
-
-
-def _refuse_mixture(source: str, target_unit: str, other: str, other_unit: str) -> None:
-    if target_unit != other_unit:
-        problem = f"target in {target_unit}, {other} in {other_unit}"
-        raise FileFormatError(source, None, problem, "both linear or both angular")
 
 
 def _fill_rests(step: Floats) -> Floats:

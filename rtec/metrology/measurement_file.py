@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.errors import ArgumentError, FileFormatError
+from rtec.errors import ArgumentError
 from rtec.io import read_any_text
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
@@ -111,9 +111,7 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
         columns, unknown = _columns(table, values)
         _refuse_disagreement(table, values, columns)
     if not columns and not unknown:
-        raise FileFormatError(
-            table.source, table.heading_line, "no column is left", "at least one that is not ignored"
-        )
+        raise table.refused("no column is left", "at least one that is not ignored")
     return Measurement(
         source=table.source,
         facts=MappingProxyType(table.facts),
@@ -145,7 +143,7 @@ def _columns(
         if index not in placed:
             if (first := seen.setdefault(heading.lower(), heading)) is not heading:
                 problem = f"columns {shown(first)} and {shown(heading)} both hold {shown(heading.lower())}"
-                raise FileFormatError(table.source, table.heading_line, problem, "one column for each quantity")
+                raise table.refused(problem, "one column for each quantity")
             unknown[heading] = values.unknown(index)
             _refuse_several_axes(table, index, unknown[heading])
             continue
@@ -159,12 +157,11 @@ def _columns(
 
 
 def _refuse_several_axes(table: Table, index: int, cells: NDArray[np.float64] | NDArray[np.str_]) -> None:
-    """Refuse a column that names more than one axis."""
     names = list(dict.fromkeys(cells.tolist())) if set(plain_words(table.headings[index])) <= AXIS else []
     if len(names) > 1:
         problem = f"column {shown(table.headings[index])} names several axes: {', '.join(map(str, names[:3]))}"
         allowed = f"one axis a file; {table.as_choice(index, 'ignore')} takes them for one"
-        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+        raise table.refused(problem, allowed)
 
 
 def _find_runs(
@@ -190,7 +187,7 @@ def _refuse_disagreement(table: Table, values: Values, columns: dict[str, Column
         index = next(index for index, (quantity, _) in values.placed.columns.items() if quantity == "deviation")
         problem = f"column {shown(table.headings[index])} is {what}, by the positions beside it"
         allowed = f"a deviation is actual less target; {table.as_choice(index, 'ignore')} takes it from the positions"
-        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+        raise table.refused(problem, allowed)
 
 
 def _one_target_a_row(table: Table) -> Table:
@@ -243,4 +240,4 @@ def _refuse_both(table: Table, index: int, meaning: Meaning, passes: list[Pass])
         names = " and ".join(shown(table.headings[one.column]) for one in passes[:2])
         problem = f"column {shown(table.headings[index])} may be the deviation, and {names} passes of deviations"
         allowed = f"{table.as_choice(index, 'ignore')} reads the passes; {table.as_choice(index, 'deviation_um')} it"
-        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+        raise table.refused(problem, allowed)

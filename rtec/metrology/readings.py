@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -27,26 +27,14 @@ def _column(name: str, values: object, size: int | None) -> Floats:
         raise ArgumentError(name, type(values).__name__, "a one-dimensional array of numbers") from None
     if array.ndim != 1 or (size is not None and array.size != size):
         raise ArgumentError(name, f"shape {array.shape}", "one number for each reading")
-    bad = np.flatnonzero(~(np.abs(array) <= _LARGEST))
-    if bad.size:
-        raise ArgumentError(f"{name}[{bad[0]}]", array[bad[0]], f"a finite number, at most {_LARGEST:g} in size")
+    _refuse(name, array, ~(np.abs(array) <= _LARGEST), f"a finite number, at most {_LARGEST:g} in size")
     return array
 
 
-def _signs(values: object, size: int) -> Signs:
-    array = _column("direction", values, size)
-    bad = np.flatnonzero(np.abs(array) != 1)
-    if bad.size:
-        raise ArgumentError(f"direction[{bad[0]}]", array[bad[0]], "+1 (increasing position) or -1")
-    return array.astype(np.int8)
-
-
-def _runs(values: object, size: int) -> Integers:
-    array = _column("run", values, size)
-    bad = np.flatnonzero((array != np.round(array)) | (np.abs(array) > 2**31))
-    if bad.size:
-        raise ArgumentError(f"run[{bad[0]}]", array[bad[0]], "a whole number")
-    return array.astype(np.int64)
+def _refuse(name: str, array: Floats, bad: NDArray[np.bool_], allowed: str) -> None:
+    if bad.any():
+        first = int(np.argmax(bad))
+        raise ArgumentError(f"{name}[{first}]", array[first], allowed)
 
 
 def _check(readings: Readings | RotaryReadings, target: str, deviation: str) -> None:
@@ -56,8 +44,11 @@ def _check(readings: Readings | RotaryReadings, target: str, deviation: str) -> 
         raise ArgumentError(target, "no reading", "at least one reading")
     object.__setattr__(readings, target, places)
     object.__setattr__(readings, deviation, _column(deviation, getattr(readings, deviation), places.size))
-    object.__setattr__(readings, "direction", _signs(readings.direction, places.size))
-    object.__setattr__(readings, "run", _runs(readings.run, places.size))
+    way, run = (_column(name, getattr(readings, name), places.size) for name in ("direction", "run"))
+    _refuse("direction", way, np.abs(way) != 1, "+1 (increasing position) or -1")
+    _refuse("run", run, (run != np.round(run)) | (np.abs(run) > 2**31), "a whole number")
+    object.__setattr__(readings, "direction", way.astype(np.int8))
+    object.__setattr__(readings, "run", run.astype(np.int64))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,7 +90,7 @@ class Readings:
     air_temperature_degc: Floats | None = None
     air_pressure_kpa: Floats | None = None
     material_temperature_degc: Floats | None = None
-    status: Integers | None = field(default=None)
+    status: Integers | None = None
 
     def __post_init__(self) -> None:
         _check(self, "target_mm", "deviation_mm")

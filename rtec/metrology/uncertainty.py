@@ -29,7 +29,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from rtec.errors import ArgumentError
-from rtec.metrology.figures import Coordinate, PositioningFigures
+from rtec.metrology.figures import FIGURES, Coordinate, PositioningFigures
 from rtec.units import parse_in
 
 _RECTANGULAR = 2.0 / math.sqrt(3.0)
@@ -50,19 +50,7 @@ _STATED_BY = {
     "expansion": "expansion_uncertainty, off_reference",
     "eve": "eve",
 }
-_ATTRIBUTES = {
-    "A": "accuracy",
-    "A_forward": "accuracy_forward",
-    "A_backward": "accuracy_backward",
-    "E": "systematic",
-    "E_forward": "systematic_forward",
-    "E_backward": "systematic_backward",
-    "M": "mean_bidirectional",
-    "R": "repeatability",
-    "R_forward": "repeatability_forward",
-    "R_backward": "repeatability_backward",
-    "B": "reversal",
-}
+_FIGURES = ("A", "A_forward", "A_backward", "E", "E_forward", "E_backward", "M", "R", "R_forward", "R_backward", "B")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -275,15 +263,15 @@ def positioning_uncertainty(figures: PositioningFigures, inputs: UncertaintyInpu
         "R": [*scatter, *of_reversal],
         "B": of_reversal,
     }
-    acting = {key: scatter if key in ("R_forward", "R_backward") else parts[key[0]] for key in _ATTRIBUTES}
+    acting = {key: scatter if key in ("R_forward", "R_backward") else parts[key[0]] for key in _FIGURES}
     return PositioningUncertainty(
         travel=travel,
         runs=n,
         contributions=contributions,
         missing=tuple(name for name, value in stated.items() if value is None),
         figures={
-            key: math.hypot(*acting[key]) if acting[key] and getattr(figures, attribute) is not None else None
-            for key, attribute in _ATTRIBUTES.items()
+            key: math.hypot(*parts) if parts and getattr(figures, FIGURES[key]) is not None else None
+            for key, parts in acting.items()
         },
         spread_share=1.0 / math.sqrt(2.0 * (n - 1)) if n > 1 else None,
     )

@@ -16,7 +16,6 @@ from rtec.metrology import (
     measuring_program,
     parse_program,
     positioning_figures,
-    positioning_test,
     read_measurement,
     write_laser_file,
 )
@@ -138,7 +137,7 @@ def test_any_bytes_give_one_clear_error_or_readings(data):
     file = FOLDER / "any"
     for start in (b"", b"target_mm,actual_mm\n", b"Position LasRead LinearError Status AirTemp AirPress MatTemp\n"):
         file.write_bytes(start + data)
-        for read in (read_measurement, read_laser_file, lambda path: positioning_test(read_measurement(path))):
+        for read in (read_measurement, read_laser_file, lambda path: read_measurement(path).to_readings()):
             try:
                 read(file)
             except RtecError as error:
@@ -161,8 +160,7 @@ def test_any_table_gives_one_clear_error_or_figures(headings, rows):
     file = FOLDER / "table.csv"
     file.write_text("\n".join([",".join(headings), *(",".join(row) for row in rows)]))
     try:
-        test = positioning_test(read_measurement(file))
-        positioning_figures(test.readings, period=1.0).to_dict()
+        positioning_figures(read_measurement(file).to_readings(), period=1.0).to_dict()
     except RtecError as error:
         assert "\n" not in str(error)
 

@@ -82,7 +82,6 @@ def _may_be_length(heading: str, above: str) -> bool:
 
 
 def _stated(table: Table, column: int) -> str | None:
-    """Return the unit that heading or row of units state."""
     heading = table.headings[column]
     ours = quantity_of_heading(heading)
     return unit_below(table.units[column]) or named_and_unit(heading)[1] or (heading if ours is not None else None)
@@ -132,11 +131,11 @@ def _in_one_unit(
     if len(known) < len(names) or len({unit.inside for unit in known.values()}) > 1 or ours is not None:
         problem = f"cells of column {shown(table.headings[column])} are in {' and '.join(names)}"
         allowed = "one unit for all of them, or units of length alone, or of angle alone"
-        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+        raise table.refused(problem, allowed)
     marks = decimal_marks(number for number, _ in parts.values())
     if choices.decimal is None and len(marks) != 1:
         problem = f"{table.called(column)} {shown(cells[0] if isinstance(cells[0], str) else '')}: its decimal mark"
-        raise FileFormatError(table.source, table.heading_line, problem, "--decimal comma or --decimal point")
+        raise table.refused(problem, "--decimal comma or --decimal point")
     mark = choices.decimal or next(iter(marks))
     base = known[names[0]].factor
     values = {row: number_of(number, mark) for row, (number, _) in parts.items()}

@@ -12,27 +12,7 @@ from rtec.metrology.tables.words import BACKWARD, DIRECTION, FILLERS, FORWARD, p
 Cell = str | float
 """A text, or what a workbook holds as a number."""
 
-MISSING = frozenset(
-    (
-        "",
-        "n/a",
-        "na",
-        "n.a.",
-        "#n/a",
-        "#na",
-        "#nv",
-        "-",
-        "--",
-        "---",
-        "–",
-        "—",
-        "null",
-        "none",
-        "missing",
-        "k.a.",
-        "?",
-    )
-)
+MISSING = frozenset(("", *"n/a na n.a. #n/a #na #nv - -- --- – — null none missing k.a. ?".split()))
 """What people write where there is no reading, in small letters; ``nan``, a number gone wrong, is none."""
 
 _DASHES = ("-", "–", "—")

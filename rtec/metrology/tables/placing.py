@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import ArgumentError, nearest
 from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
@@ -99,7 +99,6 @@ def place(table: Table, choices: ColumnChoices, passes: frozenset[int] = frozens
 
 
 def _said(table: Table, choices: ColumnChoices) -> tuple[dict[int, Meaning], frozenset[int]]:
-    """Return what the user said the columns are."""
     said: dict[int, Meaning] = {}
     ignored = set()
     used = set()
@@ -140,7 +139,7 @@ def _refuse_contradiction(table: Table, index: int) -> None:
     if (units := contradicting_units(table.headings[index], table.units[index])) is not None:
         problem = f"column {shown(table.headings[index])} states {' and '.join(units)}"
         allowed = f"one unit; or {table.as_choice(index, 'QUANTITY_UNIT')}, such as deviation_um, says which"
-        raise FileFormatError(table.source, table.heading_line, problem, allowed)
+        raise table.refused(problem, allowed)
 
 
 def _with_roles(meanings: dict[int, Meaning], *, has_passes: bool) -> dict[int, Meaning]:
@@ -172,7 +171,7 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
             units = units_lacking(heading) or ""
             choice = table.as_choice(bare, units.partition(",")[0])
             allowed = f"{units}; {choice} says so without a change of the file"
-            raise FileFormatError(table.source, table.heading_line, f"column {shown(heading)} has no unit", allowed)
+            raise table.refused(f"column {shown(heading)} has no unit", allowed)
         best = max((meanings[index].strength for index in usable), default=None)
         top = [index for index in usable if meanings[index].strength is best]
         if quantity == "time" and all(meanings[index].unit is None for index in usable):
@@ -192,7 +191,7 @@ def _refuse_two(table: Table, top: list[int], quantity: str) -> None:
     first, second = (table.headings[index] for index in top[:2])
     problem = f"columns {shown(first)} and {shown(second)} both hold {shown(quantity)}"
     allowed = f"one column for each quantity; {table.as_choice(top[1], IGNORE)} leaves one out"
-    raise FileFormatError(table.source, table.heading_line, problem, allowed)
+    raise table.refused(problem, allowed)
 
 
 def _refuse_unplaced(
@@ -209,7 +208,7 @@ def _refuse_unplaced(
             problem = f"column {shown(heading)} looks like {_words(meaning.quantity)}, but states no unit"
             choice = table.as_choice(index, _EXAMPLES[meaning.quantity])
             allowed = f"its unit, as in {choice}; or {table.as_choice(index, IGNORE)}"
-            raise FileFormatError(table.source, table.heading_line, problem, allowed)
+            raise table.refused(problem, allowed)
 
 
 def _words(quantity: str) -> str:

@@ -17,7 +17,6 @@ a pass is that in which its targets follow each other in the file.
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 
@@ -107,7 +106,6 @@ def read_renishaw_text(source: str | Path, text: str, choices: ColumnChoices) ->
 
 
 def _sections(text: str) -> dict[str, list[tuple[int, str]]]:
-    """Return the lines of each section with their numbers."""
     found: dict[str, list[tuple[int, str]]] = {}
     current: list[tuple[int, str]] = []
     for line, raw in enumerate(text.split("\n"), 1):
@@ -187,7 +185,7 @@ def _readings(
 
 def _number(source: str | Path, line: int, word: str) -> float:
     value = number_of(word, "," if "," in word else ".")
-    if value is None or not math.isfinite(value):
+    if value is None:
         raise FileFormatError(source, line, f"{shown(word)} is not a finite number", "a decimal number")
     return value
 

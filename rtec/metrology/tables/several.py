@@ -94,7 +94,6 @@ def _pass_named(title: str) -> Pass | None:
 
 
 def _quantities(table: Table, choices: ColumnChoices) -> list[str | None]:
-    """Return what each column seems to hold."""
     found: list[str | None] = []
     for index, (heading, unit) in enumerate(zip(table.headings, table.units, strict=True)):
         said = choices.of_column(index + 1, heading)
@@ -148,7 +147,6 @@ def _part(table: Table, group: Sequence[int]) -> Table:
 
 
 def _target(table: Table, choices: ColumnChoices) -> int | None:
-    """Return the column of the targets."""
     quantities = _quantities(table, choices)
     found = [index for name in ("target", "position") for index, one in enumerate(quantities) if one == name]
     return found[0] if found else None

@@ -57,6 +57,10 @@ class Table:
     lines: Sequence[int] = ()
     notes: tuple[str, ...] = ()
 
+    def refused(self, problem: str, allowed: str) -> FileFormatError:
+        """Return the error of a table that cannot be read; it names the line of the headings."""
+        return FileFormatError(self.source, self.heading_line, problem, allowed)
+
     def called(self, column: int) -> str:
         """Return what a column is called in a message: its heading, cut where it is long."""
         heading = self.headings[column]

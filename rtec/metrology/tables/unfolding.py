@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit
 from rtec.metrology.measurement import Column
 from rtec.metrology.plain_numbers import shown
@@ -51,9 +50,7 @@ def unfolded(
     target_index = next((index for index, (name, _) in values.placed.columns.items() if name == "target"), None)
     if target_index is None:
         problem = f"no target beside the runs {shown(table.headings[passes[0].column])}, ..."
-        raise FileFormatError(
-            table.source, table.heading_line, problem, "a column of targets with its unit, target_mm"
-        )
+        raise table.refused(problem, "a column of targets with its unit, target_mm")
     target = values.column(target_index)
     target_unit = values.placed.columns[target_index][1]
     assert target_unit is not None  # noqa: S101 - a target without unit is not placed
@@ -75,9 +72,7 @@ def unfolded(
         column["direction"] = Column("direction", "", np.concatenate([way for *_, way in parts]))
     elif any(one.direction for one in passes):
         problem = "some of the runs state a direction, others none"
-        raise FileFormatError(
-            table.source, table.heading_line, problem, "a direction in each heading, such as 'Run 1 +'"
-        )
+        raise table.refused(problem, "a direction in each heading, such as 'Run 1 +'")
     if "run" in stated:  # run by run, as the axis took them
         taken = np.argsort(runs, kind="stable")
         column = {name: Column(name, one.unit, one.values[taken]) for name, one in column.items()}
@@ -113,7 +108,6 @@ def _one_pass(
 
 
 def _unit(table: Table, passes: Sequence[Pass]) -> ColumnUnit:
-    """Return the one unit of all passes."""
     found: dict[str, int] = {}
     for one in passes:
         for text in (table.headings[one.column], table.above[one.column]):
@@ -124,13 +118,11 @@ def _unit(table: Table, passes: Sequence[Pass]) -> ColumnUnit:
     first = shown(table.headings[passes[0].column])
     if not found:
         problem = f"the runs {first}, ... state no unit"
-        raise FileFormatError(table.source, table.heading_line, problem, _ASK)
+        raise table.refused(problem, _ASK)
     units = [column_unit("deviation", unit) for unit in found]
     if len(set(units)) > 1 or units[0] is None:
         problem = f"the runs {first}, ... are in {' and '.join(found)}"
-        raise FileFormatError(
-            table.source, table.heading_line, problem, "one unit of length or angle for all of them"
-        )
+        raise table.refused(problem, "one unit of length or angle for all of them")
     return units[0]
 
 

@@ -56,7 +56,7 @@ class Values:
         self.rows, self.lines = table.cells()
         if not self.rows:
             problem = "no row follows the header"
-            raise FileFormatError(table.source, table.heading_line, problem, "one row for each reading")
+            raise table.refused(problem, "one row for each reading")
         self._fill_merged()
         self._skip_missing()
         self.mark = decimal or self._decimal()
@@ -254,7 +254,7 @@ class Values:
         firsts = [str(self.rows[0][index]) for index in indices] if self.rows else []
         if not firsts or not all(is_date_or_clock(first) for first in firsts) or len(indices) > 2:
             problem = f"column {shown(headings[0])} has no unit"
-            raise FileFormatError(self.table.source, self.table.heading_line, problem, units_lacking("time") or "")
+            raise self.table.refused(problem, units_lacking("time") or "")
         if len(indices) == 2 and ":" in firsts[0] and ":" not in firsts[1]:
             indices = [indices[1], indices[0]]
         cells = [" ".join(str(row[index]).strip() for index in indices) for row in self.rows]

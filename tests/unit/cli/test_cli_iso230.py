@@ -158,7 +158,7 @@ def test_nothing_stated_is_said_plainly(written, capsys):
         ([], ["--off-reference", "3 um"], "rtec: --off-reference: '3 um' is not valid"),
         (["# eve: much"], [], "x.csv: eve: 'much' is not valid"),
         (["# screw_pitch: 5 turns"], [], "x.csv: screw_pitch"),
-        ([], ["--period", "-5 mm"], "rtec: --period: -5 mm is not valid"),
+        ([], ["--period", "-5 mm"], "rtec: --period: '-5 mm' is not valid"),
         ([], ["--unit", "arcsec"], "rtec: --unit: 'arcsec'"),
     ],
 )

@@ -13,7 +13,6 @@ from rtec.metrology import (
     Coordinate,
     Readings,
     positioning_figures,
-    positioning_test,
     read_measurement,
     write_laser_file,
 )
@@ -364,5 +363,5 @@ def test_command_leaves_its_errors_to_the_caller(csv_file, arguments, error, wor
 def test_wrong_pitch_in_the_file_is_named_with_the_file(csv_file):
     csv_file.write_text(CSV.replace("5 mm", "5 turns"))
     with pytest.raises(FileFormatError, match=r"x\.csv: screw_pitch: '5 turns'"):
-        positioning_test(read_measurement(csv_file)).period(None)
-    assert positioning_test(read_measurement(csv_file)).period("5 mm") == 5
+        CliRunner().invoke(app, [str(csv_file)], catch_exceptions=False)
+    assert CliRunner().invoke(app, [str(csv_file), "--period", "5 mm"]).exit_code == 0

@@ -12,7 +12,7 @@ import pytest
 
 from rtec.errors import OutputError
 from rtec.machine import Ending
-from rtec.metrology import positioning_test, read_measurement
+from rtec.metrology import AxisFacts, read_measurement
 from rtec.report import folder as folder_module
 from rtec.report.folder import write_report
 from rtec.report.illustrations import Illustration
@@ -143,7 +143,7 @@ def test_readings_come_back_from_both_files(make_result, out):
         assert np.array_equal(measured.columns["deviation"].values, row.readings.deviation_mm)
         assert np.array_equal(measured.columns["target"].values, row.readings.target_mm)
         assert np.array_equal(measured.columns["run"].values, row.readings.run)
-        assert positioning_test(read_measurement(csv_file)).period(None) == 5.0
+        assert AxisFacts(source="", said=read_measurement(csv_file).facts).period("screw_pitch", "mm") == 5.0
         laser = read_measurement(out / "readings" / f"{row.name}.dat").to_readings()
         assert np.allclose(laser.deviation_mm, row.readings.deviation_mm, atol=25.4e-6 / 2 * 1.001)
         assert np.array_equal(laser.direction, row.readings.direction)

@@ -15,7 +15,7 @@ from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut
-from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, positioning_test, read_measurement
+from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_measurement
 from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
 from rtec.report.document import study_document
@@ -156,7 +156,7 @@ def test_the_figures_do_not_take_the_names_of_the_corrections(learned):
 def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
     page = write_report(result, tmp_path)
     assert "Measured again" not in page.read_text("utf-8")
-    back = positioning_test(read_measurement(tmp_path / "readings" / "calibration.csv")).readings
+    back = read_measurement(tmp_path / "readings" / "calibration.csv").to_readings()
     assert np.array_equal(back.deviation_mm, learned.readings.deviation_mm)
     model = read_model(tmp_path / "model.toml")
     assert [term.amplitudes for term in model.terms] == [term.amplitudes for term in learned.diagnosis.model.terms]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from rtec.errors import ArgumentError, FileFormatError, RtecError, unknown
-from rtec.metrology import Measurement
 from rtec.metrology.plain_numbers import shown
 from rtec.units import ANGLE, LENGTH, NUMBER, TIME, Kind, parse_quantity
 
@@ -26,34 +26,31 @@ class AxisFacts:
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from rtec.metrology import Column
     >>> said = {"screw_pitch": "0.25 inch", "axis": "motor, 8192 counts/rev"}
-    >>> file = Measurement(source="x.csv", facts=said, columns={"time": Column("time", "s", np.zeros(1))}, unknown={})
-    >>> facts = AxisFacts(measurement=file, given={"reference_temperature": "68 degF"})
+    >>> facts = AxisFacts(source="x.csv", said=said, given={"reference_temperature": "68 degF"})
     >>> facts.period("screw_pitch", "mm"), facts.counts_per_rev(), facts.reference_temperature_degc()
     (6.35, (8192.0, 'axis'), 20.0)
     """
 
-    measurement: Measurement
-    given: Mapping[str, str]
+    source: str
+    said: Mapping[str, str]
+    given: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        """Refuse options that are none."""
         for key in self.given:
             if key not in _FACTS:
                 raise unknown("facts", key, _FACTS, noun="fact of an axis")
 
     def text(self, key: str) -> str | None:
         """Return what is said of one fact, or None."""
-        return self.given.get(key, self.measurement.facts.get(key))
+        return self.given.get(key, self.said.get(key))
 
     def wrong(self, key: str, allowed: str) -> RtecError:
         """Return the error for a fact that does not say what it should, naming who said it."""
         text = self.text(key) or ""
         if key in self.given:
             return ArgumentError(key, shown(text), allowed)
-        return FileFormatError(self.measurement.source, None, f"{key}: {shown(text)} is not valid", allowed)
+        return FileFormatError(self.source, None, f"{key}: {shown(text)} is not valid", allowed)
 
     def counts_per_rev(self) -> tuple[float, str] | None:
         """Return the counts of a turn and the fact that states them, or None.
@@ -66,7 +63,7 @@ class AxisFacts:
             if match is None or not 0.0 < float(match[1]) < 1e12:
                 raise self.wrong(key, "a number above 0, such as 8192")
             return float(match[1]), key
-        said = [(float(m[1]), k) for k, v in self.measurement.facts.items() for m in _COUNTS_IN_WORDS.finditer(v)]
+        said = [(float(m[1]), k) for k, v in self.said.items() for m in _COUNTS_IN_WORDS.finditer(v)]
         different = {counts for counts, _ in said}
         return said[0] if len(different) == 1 and 0.0 < said[0][0] < 1e12 else None
 
