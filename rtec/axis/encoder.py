@@ -63,7 +63,6 @@ class Imperfections:
     glitch_ps: int = 20_000
 
     def __post_init__(self) -> None:
-        """Check the ranges and the order of the lines."""
         number_within("phase_error_deg", self.phase_error_deg, -89.0, 89.0, unit="deg")
         number_within("duty_error_a", self.duty_error_a, -0.45, 0.45)
         number_within("duty_error_b", self.duty_error_b, -0.45, 0.45)
@@ -137,7 +136,6 @@ class Encoder:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the ranges and that eccentricity leaves the lines in order."""
         number_within("count_mm", self.count_mm, 1e-9, 1e3, unit="mm")
         whole_within("counts_per_rev", self.counts_per_rev, 0, 1 << 32)
         whole_within("index_counts", self.index_counts, -1, 1 << 40)

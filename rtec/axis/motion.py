@@ -76,7 +76,6 @@ class Window:
     every_ps: int = 1
 
     def __post_init__(self) -> None:
-        """Check the order."""
         whole_within("begin_ps", self.begin_ps, 0, 1000 * PS_PER_S)
         whole_within("end_ps", self.end_ps, self.begin_ps, 1000 * PS_PER_S)
         whole_within("pause_ps", self.pause_ps, 0, 1000 * PS_PER_S)
@@ -291,7 +290,6 @@ def programme_counts(program: Program, frequency_hz: float) -> float:
 
 
 def _fastest(program: Program) -> float:
-    """Return the fastest feed, mm/s."""
     fastest = max((block.feed_mm_s for block in program.blocks if isinstance(block, Move)), default=0.0)
     if fastest == 0.0:
         raise ArgumentError("programme", "no feed move", "moves with a feed, such as G53Z1.0F50.")
@@ -317,7 +315,6 @@ def _steady(speed: float, counts: int) -> MotionSegments:
 
 
 def _evenly(total_ps: int, number: int) -> _IntArray:
-    """Return times in the middle of equal parts."""
     return np.array([(2 * k + 1) * total_ps // (2 * number) for k in range(number)], np.int64)
 
 

@@ -51,7 +51,6 @@ class Plant:
     state: npt.NDArray[np.float64] = (0.0,)  # type: ignore[assignment]  # as above
 
     def __post_init__(self) -> None:
-        """Check what can be checked before it runs."""
         if not callable(self.function):
             raise ArgumentError("function", repr(self.function)[:60], "a function (numbers, inputs, state)")
         for name in ("numbers", "state"):

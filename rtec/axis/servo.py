@@ -64,7 +64,6 @@ class Servo:
     plant: Plant | None = None
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("period_ps", self.period_ps, PS_PER_MS // 1000, PS_PER_MS)
         number_within("gain_per_s", self.gain_per_s, 1e-3, 1e3, unit="1/s")
         number_within("feedforward", self.feedforward, 0.0, 1.0)

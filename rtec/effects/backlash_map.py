@@ -27,7 +27,6 @@ class ReversalMapShape(MapShape):
     backward_right: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "right if approached backward"))
 
     def __post_init__(self) -> None:
-        """Check that one of them is off."""
         if self.forward_right and self.backward_right:
             raise ArgumentError("backward_right", "true beside forward_right", "one of the two: the other is off")
 

@@ -91,7 +91,6 @@ class Conditions:
     """Row order of each reading, where these conditions are a selection."""
 
     def __post_init__(self) -> None:
-        """Check that all columns have the same rows."""
         sizes = {name: np.shape(value) for name, value in self._columns()}
         if len(set(sizes.values())) != 1 or self.position.ndim != 1 or self.position.size == 0:
             raise ArgumentError("conditions", sizes, "columns of one shape (rows,), with rows")

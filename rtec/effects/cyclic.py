@@ -41,7 +41,6 @@ class CyclicShape(WavesShape):
     step_at: float = field(default=0.0, metadata=parameter(Quantity.POSITION, "step_at"))
 
     def __post_init__(self) -> None:
-        """Refuse a step that lies outside the period."""
         if not 0.0 <= self.step_at <= self.period * (1.0 + ROUNDING):
             raise ArgumentError("step_at", self.step_at, f"0 (no step) to the period, {self.period:g}")
 
@@ -257,5 +256,4 @@ def _away(phases: Floats, shape: CyclicShape) -> Floats:
 
 
 def _steps_at(shape: CyclicShape, phases: Floats) -> list[CyclicShape]:
-    """Return a family with a step at each of some phases of its period."""
     return [replace(shape, step_at=float(phase) * shape.period if phase > 0.0 else shape.period) for phase in phases]

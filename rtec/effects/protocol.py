@@ -133,7 +133,19 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, time and load."""
+    """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, time and load.
+
+    Examples
+    --------
+    >>> Units("mm", "mm", "s").shown, Units("n", "mm", "s").shown
+    (('um', 1000.0), ('N', 1.0))
+    >>> Units("mm", "mm", "s").per_length, Units("deg", "deg", "s").per_length
+    (('um/m', 1000000.0), ('arcsec/deg', 3600.0))
+    >>> Units("n", "mm", "s").per_speed, Units("a", "deg", "s").per_speed
+    (('N/(m/s)', 1000.0), ('A/(deg/s)', 1.0))
+    >>> Units("n", "mm", "s").per_acceleration, Units("a", "deg", "s").per_acceleration
+    (('kg', 1000.0), ('A/(deg/s^2)', 1.0))
+    """
 
     observed: str
     position: str
@@ -142,24 +154,12 @@ class Units:
 
     @property
     def shown(self) -> tuple[str, float]:
-        """Unit in which what is observed is shown, and the factor to it.
-
-        Examples
-        --------
-        >>> Units("mm", "mm", "s").shown, Units("n", "mm", "s").shown
-        (('um', 1000.0), ('N', 1.0))
-        """
+        """Unit in which what is observed is shown, and the factor to it."""
         return _SHOWN.get(self.observed, (self.observed.upper(), 1.0))
 
     @property
     def per_length(self) -> tuple[str, float]:
-        """Unit in which what is observed per position is shown, and the factor to it.
-
-        Examples
-        --------
-        >>> Units("mm", "mm", "s").per_length, Units("deg", "deg", "s").per_length
-        (('um/m', 1000000.0), ('arcsec/deg', 3600.0))
-        """
+        """Unit in which what is observed per position is shown, and the factor to it."""
         if self.observed == self.position == "mm":
             return "um/m", 1e6
         unit, factor = self.shown
@@ -167,25 +167,13 @@ class Units:
 
     @property
     def per_speed(self) -> tuple[str, float]:
-        """Unit in which what is observed per speed is shown, and the factor to it: N/(m/s) on a linear axis.
-
-        Examples
-        --------
-        >>> Units("n", "mm", "s").per_speed, Units("a", "deg", "s").per_speed
-        (('N/(m/s)', 1000.0), ('A/(deg/s)', 1.0))
-        """
+        """Unit in which what is observed per speed is shown, and the factor to it: N/(m/s) on a linear axis."""
         unit, factor = self.shown
         return (f"{unit}/(m/s)", 1e3 * factor) if self.position == "mm" else (f"{unit}/({self.speed})", factor)
 
     @property
     def per_acceleration(self) -> tuple[str, float]:
-        """Unit of what is observed per acceleration, and the factor to it: kg for forces on a linear axis.
-
-        Examples
-        --------
-        >>> Units("n", "mm", "s").per_acceleration, Units("a", "deg", "s").per_acceleration
-        (('kg', 1000.0), ('A/(deg/s^2)', 1.0))
-        """
+        """Unit of what is observed per acceleration, and the factor to it: kg for forces on a linear axis."""
         unit, factor = self.shown
         if self.position != "mm":
             return f"{unit}/({self.position}/s^2)", factor

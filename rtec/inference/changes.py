@@ -162,10 +162,7 @@ def _paired(first: Sequence[Term], other: Sequence[Term]) -> Iterator[tuple[Term
 
 def _period_distance(one: Term, two: Term) -> float:
     """Return how far the periods of two effects differ, as a share; 0 where they have none."""
-    periods = [getattr(term.shape, "period", None) for term in (one, two)]
-    if None in periods:
-        return 0.0
-    return abs(math.log(float(periods[1] or 1.0) / float(periods[0] or 1.0)))
+    return 0.0 if one.period is None or two.period is None else abs(math.log(two.period / one.period))
 
 
 def _difference(first: Value, other: Value) -> tuple[float, float] | None:

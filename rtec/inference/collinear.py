@@ -43,12 +43,8 @@ def effect_or_none(name: str) -> Effect | None:
 
 def rival(name: str, other: str) -> Rival | None:
     """Return what separates ``name`` from ``other``, or None where the library does not confound them."""
-    for first, second in ((name, other), (other, name)):
-        effect = effect_or_none(first)
-        found = next((r for r in effect.rivals if r.name == second), None) if effect is not None else None
-        if found is not None:
-            return found
-    return None
+    effect = effect_or_none(name)
+    return None if effect is None else next((r for r in effect.rivals if r.name == other), None)
 
 
 def nested(name: str, other: str) -> bool:

@@ -47,7 +47,6 @@ class ColourSearch:
     _sums: dict[Colour, Sums] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """See which columns belong together."""
         self.block = blocks_of(self.parts)
 
     def sums(self, colour: Colour) -> Sums:

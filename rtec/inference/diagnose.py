@@ -111,7 +111,6 @@ def diagnose(
 
 
 def _sided(dataset: Dataset) -> Dataset:
-    """Return the data without the readings that belong to neither direction."""
     turns = at_turns(dataset)
     if not turns.any():
         return dataset
@@ -120,7 +119,6 @@ def _sided(dataset: Dataset) -> Dataset:
 
 
 def _without(dataset: Dataset, out: np.ndarray) -> tuple[Dataset, tuple[Outlier, ...]]:
-    """Return the data without some readings, and these."""
     if not out.any():
         return dataset, ()
     order = dataset.coordinates.order[out]

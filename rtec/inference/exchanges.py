@@ -11,7 +11,6 @@ from rtec.inference.neighbours import Neighbours
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import bearable, beside, refine
 from rtec.inference.scored import Judge, Scored, replaced
-from rtec.inference.space import Choice
 
 REGROUPED = 3
 """Families with a part of another that are refined: beside periods that are slightly off the first may be wrong."""
@@ -32,22 +31,12 @@ class Exchanges:
     """Ways from one model to another of the same size."""
 
     gate: Gate
+    neighbours: Neighbours = field(init=False)
+    judge: Judge = field(init=False)
     _reshaped: dict[tuple[int, bool, bool], tuple[Scored, Scored]] = field(default_factory=dict)
 
-    @property
-    def neighbours(self) -> Neighbours:
-        """The models next to one."""
-        return self.gate.neighbours
-
-    @property
-    def judge(self) -> Judge:
-        """Scores the models."""
-        return self.gate.judge
-
-    @property
-    def given(self) -> tuple[Choice, ...]:
-        """Effects of the model that the search begins with: they stay."""
-        return self.gate.given
+    def __post_init__(self) -> None:
+        self.neighbours, self.judge = self.gate.neighbours, self.gate.judge
 
     def reshaped(self, model: Scored, *, maps: bool = False, waves: bool = False) -> Scored:
         """Return a model with the shape of each effect looked for once more beside all others.
@@ -60,12 +49,11 @@ class Exchanges:
         return self._reshaped[key][1]
 
     def _moved(self, model: Scored, *, maps: bool, waves: bool) -> Scored:
-        """Return the same, looked for."""
-        conditions = self.judge.space.dataset.conditions
+        conditions, given = self.judge.space.dataset.conditions, self.neighbours.given
         best = model
         for k in range(len(model.choices)):
             effect, shape = best.choices[k]
-            if best.choices[k] in self.given or (effect.is_map and (isinstance(effect, Probe) or not maps)):
+            if best.choices[k] in given or (effect.is_map and (isinstance(effect, Probe) or not maps)):
                 continue
             moved = effect, shape
             if maps if effect.is_map else waves:
@@ -87,10 +75,11 @@ class Exchanges:
 
     def exchanged(self, model: Scored) -> Scored:
         """Return a model with effects exchanged for others as long as that makes it likelier."""
+        given = self.neighbours.given
         for _ in range(EXCHANGES):
             better = model
             for choice in model.choices:
-                if choice in self.given or choice not in better.choices:
+                if choice in given or choice not in better.choices:
                     continue
                 k = better.choices.index(choice)
                 rest = self.neighbours.without(better, k)
@@ -98,7 +87,7 @@ class Exchanges:
                 others += self.regrouped(better, k)
                 others += self.joined(better, k)
                 if rest.score > better.score - OUT_OF_REACH:  # a second family may fill what a wrong first one leaves
-                    alike = [i for i, c in enumerate(rest.choices) if c[0] is choice[0] and c not in self.given]
+                    alike = [i for i, c in enumerate(rest.choices) if c[0] is choice[0] and c not in given]
                     others += [other for i in alike for other in self.regrouped(rest, i)]
                 for other in sorted(others, key=lambda m: -m.score):
                     if other.score > better.score + HARDLY and self.gate.is_gated(other):
@@ -132,10 +121,11 @@ class Exchanges:
         What else the other did is left to whatever the scan proposes.
         """
         effect, shape = model.choices[k]
+        given = self.neighbours.given
         trials = [
             [*(c for j, c in enumerate(model.choices) if j not in (k, i)), (effect, form)]
             for i, (other, theirs) in enumerate(model.choices)
-            if (other.name in effect.joins or (i > k and other is effect)) and model.choices[i] not in self.given
+            if (other.name in effect.joins or (i > k and other is effect)) and model.choices[i] not in given
             for form in effect.joined(self.judge.space.dataset.conditions, shape, theirs)
         ]
         if not trials:

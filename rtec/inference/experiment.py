@@ -130,12 +130,8 @@ def experiment_for_likely(names: Sequence[str]) -> Experiment | None:
 
 
 def known_between(first: Effect, second: Effect) -> str | None:
-    """Return the words of the experiment that separates two effects, from the card of either; None where none has."""
-    for own, other in ((first, second), (second, first)):
-        for rival in own.rivals:
-            if rival.name == other.name:
-                return rival.experiment
-    return None
+    """Return the words of the experiment that separates two effects, which each of them has; None where none has."""
+    return next((rival.experiment for rival in first.rivals if rival.name == second.name), None)
 
 
 def between(first: Effect, second: Effect) -> str:

@@ -13,7 +13,7 @@ from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between
 from rtec.inference.neighbours import Neighbours
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Fit, Judge, Scored, replaced
-from rtec.inference.space import Choice, Space
+from rtec.inference.space import Space
 
 WORTH = 5.0
 """Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
@@ -49,6 +49,7 @@ class Gate:
     neighbours: Neighbours
     refused: dict[str, str] = field(default_factory=dict)
     judge: Judge = field(init=False)
+    space: Space = field(init=False)
     free: Judge = field(init=False)
     """Scores models under any noise, that of a log, too."""
     board: Board = field(init=False)
@@ -56,21 +57,11 @@ class Gate:
     _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Lay the chessboard; see what noise there may be."""
         self.judge = self.neighbours.judge
+        self.space = self.judge.space
         dataset = self.space.dataset
         self.board = board_of(dataset)
         self.free = Judge(Space(dataset, any_noise=True)) if dataset.conditions.moving else self.judge
-
-    @property
-    def space(self) -> Space:
-        """The data."""
-        return self.judge.space
-
-    @property
-    def given(self) -> tuple[Choice, ...]:
-        """Effects of the model that the search begins with: they stay."""
-        return self.neighbours.given
 
     def held_out(self, model: Scored) -> Floats:
         """Return the held-out residual of a model, shape (rows,)."""
@@ -107,7 +98,7 @@ class Gate:
     def why_not(self, model: Scored, k: int) -> str | None:
         """Return why an effect does not earn its place in a model, or None where it does."""
         effect, shape = model.choices[k]
-        if model.choices[k] in self.given:
+        if model.choices[k] in self.neighbours.given:
             return None
         doubt = effect.doubtful(self.space.dataset.conditions, shape)
         if isinstance(effect, Probe) and effect.in_time and self.size(model, k) < MATTERS_IN_TIME:
@@ -201,7 +192,7 @@ class Gate:
         Where little is repeated, the score follows each start and stop of a log.
         """
         effect, shape = model.choices[k]
-        form = effect.plainer(shape) if model.choices[k] not in self.given else None
+        form = effect.plainer(shape) if model.choices[k] not in self.neighbours.given else None
         if form is None:
             return model
         instead = self.judge.score(replaced(model, k, (effect, form)), model)
@@ -212,7 +203,7 @@ class Gate:
         while True:
             failing = {}
             for k in range(len(model.choices)):
-                if model.choices[k] not in self.given:
+                if model.choices[k] not in self.neighbours.given:
                     gain = self.gain(self.neighbours.without(model, k), model).gain
                     why = self.why_not(model, k) or ("the held-out error does not fall" if gain <= 0.0 else None)
                     if why is not None:
@@ -225,7 +216,7 @@ class Gate:
 
     def possible(self) -> Iterator[Scored]:
         """Return the models seen that hold what was given, and no effect of the wrong sign."""
-        given = set(self.given)
+        given = set(self.neighbours.given)
         return (m for m in self.judge.seen.values() if not m.wrong_sign and given <= set(m.choices))
 
     def near(self, model: Scored) -> list[Scored]:
@@ -234,9 +225,9 @@ class Gate:
 
     def called(self, model: Scored) -> tuple[str, ...]:
         """Return the names of a model's effects; those that the data cannot bear out are said to be in doubt."""
-        c = self.space.dataset.conditions
+        c, given = self.space.dataset.conditions, self.neighbours.given
         return tuple(
-            effect.name + IN_DOUBT if (effect, shape) not in self.given and effect.doubtful(c, shape) else effect.name
+            effect.name + IN_DOUBT if (effect, shape) not in given and effect.doubtful(c, shape) else effect.name
             for effect, shape in model.choices
         )
 
@@ -246,9 +237,10 @@ class Gate:
 
     def competes(self, model: Scored) -> bool:
         """Return whether only doubts speak against the effects of a model: that a course in time is small is one."""
+        given = self.neighbours.given
         return self.is_gated(model) or (
             (self.in_doubt(model) or generic(model))
-            and all(c in self.given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
+            and all(c in given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
         )
 
 

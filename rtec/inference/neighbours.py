@@ -9,7 +9,7 @@ from rtec.effects import Effect
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import proposals
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.space import Choice, Space
+from rtec.inference.space import Choice
 
 PROMISING = 24
 """Proposals of the scan that are weighed under the model's noise."""
@@ -40,17 +40,12 @@ class Neighbours:
     single: bool = False
     _children: dict[object, list[Scored]] = field(default_factory=dict)
 
-    @property
-    def space(self) -> Space:
-        """The data."""
-        return self.judge.space
-
     def effects_for(self, model: Scored) -> list[Effect]:
         """Return the effects that may be added to a model."""
         names = list(model.names)
         return [
             effect
-            for effect in self.space.library
+            for effect in self.judge.space.library
             if names.count(effect.name) < effect.at_most
             and effect.name not in self.barred
             and not (effect.builds_on and not effect.builds_on & set(names))

@@ -26,29 +26,18 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
     judge, model
         The data and what explains them.
     """
-    dataset = judge.space.dataset
-    fit = judge.fit(model)
-    if not dataset.has_repeats:
-        return NoiseFloor(
-            from_repeats=False,
-            sigma=float(np.sqrt(fit.variance)),
-            correlation=model.colour.rho,
-            white_share=model.colour.white,
-            degrees_of_freedom=float(max(judge.space.readings - fit.mean.size, 1)),
-            sigma_adjacent=None,
-        )
-    changing = sum(
-        (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time),
-        np.zeros(dataset.rows),
-    )
-    within, dof = within_cells(dataset.observed - changing, dataset.cell)
+    dataset, fit = judge.space.dataset, judge.fit(model)
+    sigma, dof = float(np.sqrt(fit.variance)), float(max(judge.space.readings - fit.mean.size, 1))
+    if dataset.has_repeats:
+        in_time = (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time)
+        sigma, dof = within_cells(dataset.observed - sum(in_time, np.zeros(dataset.rows)), dataset.cell)
     return NoiseFloor(
-        from_repeats=True,
-        sigma=within,
+        from_repeats=dataset.has_repeats,
+        sigma=sigma,
         correlation=model.colour.rho,
         white_share=model.colour.white,
         degrees_of_freedom=dof,
-        sigma_adjacent=_adjacent(dataset),
+        sigma_adjacent=_adjacent(dataset) if dataset.has_repeats else None,
     )
 
 

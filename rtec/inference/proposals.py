@@ -168,7 +168,6 @@ def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Seque
 
 
 def _worth(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> float:
-    """Return what an effect would be worth beside a model."""
     columns = judge.space.white(judge.space.part_of(choice), colour)
     fall = float(falls(columns[None], back)[0])
     return worth_of(fall, columns.shape[0], back, judge.space.readings) - judge.price(choice)

@@ -150,23 +150,24 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
     return number
 
 
-def _numbers(key: str, value: object) -> tuple[int, ...]:
-    """Return the numbers of runs."""
-    allowed = f"a list of 2 to {MOST_NODES} whole numbers, such as [1, 2, 3]"
+def _listed(key: str, value: object, what: str) -> list[Any]:
     if not isinstance(value, list) or not 2 <= len(value) <= MOST_NODES:
-        raise ArgumentError(key, f"{len(value)} of them" if isinstance(value, list) else repr(value)[:60], allowed)
-    found = tuple(whole_within(key, one, -_LARGEST_RUN, _LARGEST_RUN) for one in value)
+        found = f"{len(value)} of them" if isinstance(value, list) else repr(value)[:60]
+        raise ArgumentError(key, found, f"a list of 2 to {MOST_NODES} {what}")
+    return value
+
+
+def _numbers(key: str, value: object) -> tuple[int, ...]:
+    several = _listed(key, value, "whole numbers, such as [1, 2, 3]")
+    found = tuple(whole_within(key, one, -_LARGEST_RUN, _LARGEST_RUN) for one in several)
     if len(set(found)) < len(found):
         raise ArgumentError(key, repr(value)[:60], "each number once")
     return found
 
 
 def _places(key: str, value: object, unit: str) -> tuple[float, ...]:
-    """Return positions of nodes."""
-    if not isinstance(value, list) or not 2 <= len(value) <= MOST_NODES:
-        what = f"{len(value)} of them" if isinstance(value, list) else repr(value)[:60]
-        raise ArgumentError(key, what, f"a list of 2 to {MOST_NODES} positions, such as ['0 {unit}', '10 {unit}']")
-    places = tuple(parse_in(text, unit, name=key) for text in value)
+    several = _listed(key, value, f"positions, such as ['0 {unit}', '10 {unit}']")
+    places = tuple(parse_in(text, unit, name=key) for text in several)
     for before, after in itertools.pairwise(places):
         if not before < after:
             raise ArgumentError(key, f"{after:g} {unit} behind {before:g} {unit}", "positions that ascend")

@@ -66,7 +66,6 @@ def offset_of(found: Finding) -> Offset | None:
 
 
 def _constant_step(found: Finding, offset: Offset, before: Scored) -> Step:
-    """Return the step of a constant, which comes first."""
     fitted = found.fitted(before)
     return Step(
         effect=OFFSET.name,

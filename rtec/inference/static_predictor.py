@@ -29,23 +29,7 @@ class LeftOut:
     why: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StaticPart:
-    """What a model says of an axis whose position and direction alone are known.
-
-    Parameters
-    ----------
-    error_mm
-        At each position, shape (n,), in mm.
-    left_out
-        Effects that have no part in it.
-    """
-
-    error_mm: Floats
-    left_out: tuple[LeftOut, ...]
-
-
-def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart:
+def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floats, tuple[LeftOut, ...]]:
     """Return the part of a model that depends on position and direction, its datum included.
 
     Parameters
@@ -56,6 +40,11 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart
         Shape (n,), in mm.
     direction
         +1 forward or -1 reverse: every position counts as approached from far, so that a windup is built up.
+
+    Returns
+    -------
+    error_mm, left out
+        At each position, shape (n,), in mm; and the effects that have no part in it.
 
     Raises
     ------
@@ -68,8 +57,8 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart
     >>> names = ("backlash", "drift")
     >>> terms = tuple(Term(effect=effect_named(name), shape=Shape(), amplitudes=(0.002,)) for name in names)
     >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms, datum=0.01)
-    >>> part = static_part(model, np.array([0.0, 5.0]), -1)
-    >>> part.error_mm.round(9).tolist(), part.left_out[0].effect
+    >>> error_mm, left_out = static_part(model, np.array([0.0, 5.0]), -1)
+    >>> error_mm.round(9).tolist(), left_out[0].effect
     ([0.009, 0.009], 'drift')
     """
     check_of_positions(model)
@@ -88,7 +77,7 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> StaticPart
             left_out.append(found)
         else:
             total += found
-    return StaticPart(error_mm=total, left_out=tuple(left_out))
+    return total, tuple(left_out)
 
 
 def check_of_positions(model: Model) -> None:
@@ -115,12 +104,8 @@ def check_of_positions(model: Model) -> None:
         raise ArgumentError("model", found, "a deviation in mm over positions in mm")
     for term in model.terms:
         if not term.fitted:
-            raise ArgumentError(
-                "model",
-                f"{term.name} without numbers",
-                "a fitted model",
-                "rtec diagnose DATA --save MODEL.toml fits it",
-            )
+            hint = "rtec diagnose DATA --save MODEL.toml fits it"
+            raise ArgumentError("model", f"{term.name} without numbers", "a fitted model", hint)
 
 
 def _contribution(term: Term, conditions: Conditions) -> Floats | LeftOut:
@@ -169,18 +154,17 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     points = min(max(round(span / shortest * POINTS_A_WAVE), FEWEST_POINTS), MOST_POINTS)
     grid = np.linspace(low_mm, high_mm, points + 1)
     kept = model.with_terms(term for term in model.terms if term not in fine)
-    forward, reverse = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
+    (forward_mm, left_out), (reverse_mm, _) = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
     table = BidirectionalTable(
         forward_positions_mm=grid,
-        forward_errors_mm=forward.error_mm,
+        forward_errors_mm=forward_mm,
         reverse_positions_mm=grid,
-        reverse_errors_mm=reverse.error_mm,
+        reverse_errors_mm=reverse_mm,
     )
     too_fine = [LeftOut(effect=term.name, why=f"its waves of {waves[term]:.3g} mm are too short") for term in fine]
-    return table, (*forward.left_out, *too_fine)
+    return table, (*left_out, *too_fine)
 
 
 def _wave_mm(term: Term) -> float:
     """Return the length of the shortest wave of an effect; infinity where it has none."""
-    period = getattr(term.shape, "period", None)
-    return float(period) / int(getattr(term.shape, "harmonics", 1)) if isinstance(period, float) else np.inf
+    return np.inf if term.period is None else term.period / int(getattr(term.shape, "harmonics", 1))

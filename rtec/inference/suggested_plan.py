@@ -293,7 +293,6 @@ def _plateaus(c: Conditions) -> tuple[float, ...]:
 
 
 def _turns(c: Conditions) -> int:
-    """Return how often a log turns round."""
     if c.direction is None:
         return 0
     ways = c.direction[c.direction != 0.0]
@@ -314,7 +313,6 @@ def _weather(c: Conditions) -> Weather:
 
 
 def _columns(dataset: Dataset, reading: Reading) -> tuple[str, ...]:
-    """Return what was recorded beside run and positions."""
     c = dataset.coordinates
     at_rest = reading is Reading.AT_REST
     have = {

@@ -112,7 +112,7 @@ def _model_drawn(model: Model, low_mm: float, high_mm: float) -> _Drawn:
     kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
     finer = [np.linspace(low_mm, high_mm, 4 * grid.size)] if grid.size < MOST_NODES else []
     fine = np.unique(np.concatenate([grid, *finer, *(_beside_steps(term, low_mm, high_mm) for term in kept.terms)]))
-    return fine, np.stack([static_part(kept, fine, way).error_mm for way in (FORWARD, REVERSE)]), left_out
+    return fine, np.stack([static_part(kept, fine, way)[0] for way in (FORWARD, REVERSE)]), left_out
 
 
 def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Drawn:

@@ -163,7 +163,7 @@ def _less(model: Model, readings: Readings) -> NDArray[np.float64]:
     for way in (1, -1):
         there = readings.direction == way
         if there.any():
-            left[there] -= static_part(model, readings.target_mm[there], way).error_mm
+            left[there] -= static_part(model, readings.target_mm[there], way)[0]
     return left
 
 
@@ -202,7 +202,7 @@ def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> Trut
 
 def _score_of_model(study: Study, model: Model) -> TruthScore:
     grid = study.calibration.targets_mm
-    return _score([static_part(model, grid, way).error_mm - study.axis_error.error_mm(grid, way) for way in (1, -1)])
+    return _score([static_part(model, grid, way)[0] - study.axis_error.error_mm(grid, way) for way in (1, -1)])
 
 
 def _score(off_mm: list[NDArray[np.float64]]) -> TruthScore:

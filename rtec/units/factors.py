@@ -77,7 +77,6 @@ def factor_between(unit: str, target: str) -> float | None:
 
 
 def _is_unit(unit: str) -> bool:
-    """Return whether the unit library knows a unit, of whatever dimension."""
     import pint  # noqa: PLC0415 - as above
 
     if _powers(unit) is None:
