@@ -47,11 +47,6 @@ def alias_limit(conditions: Conditions) -> float:
     Half a cycle a step for regular places (Nyquist), one cycle a step for irregular ones, which tell the two sides
     of the Nyquist limit apart; 0 for fewer than six places.
 
-    Parameters
-    ----------
-    conditions
-        Of the readings.
-
     Examples
     --------
     >>> c = Conditions(position=np.arange(0.0, 101.0, 5.0), position_unit="mm", run=np.ones(21, dtype=np.int64))
@@ -109,13 +104,6 @@ def frequencies(conditions: Conditions) -> Floats:
 def resolved_harmonics(conditions: Conditions, period: float) -> int:
     """Return up to which harmonic of a period the places resolve; higher ones alias.
 
-    Parameters
-    ----------
-    conditions
-        Of the readings.
-    period
-        In position units.
-
     Examples
     --------
     Ten readings a turn resolve four harmonics: the fifth is seen at two phases only, and higher ones alias.
@@ -158,13 +146,6 @@ def looks_constant(conditions: Conditions, frequency: float) -> bool:
     """Return whether a wave is mainly a constant at the readings at rest, and times the direction a backlash.
 
     It is where most runs have their targets at whole periods of it, even if those of another run show more.
-
-    Parameters
-    ----------
-    conditions
-        Of the readings.
-    frequency
-        In cycles per position unit.
 
     Notes
     -----

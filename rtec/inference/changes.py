@@ -77,11 +77,6 @@ def changes_from_first(results: Mapping[str, Diagnosis | Comparison]) -> dict[st
 def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tuple[Change, ...]:
     """Return what differs between two diagnoses, parameter by parameter, in the order of the effects found.
 
-    Parameters
-    ----------
-    first, other
-        Of measurements of the same quantity; comparisons with the same model.
-
     Returns
     -------
     tuple

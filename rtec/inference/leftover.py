@@ -31,10 +31,7 @@ _DIRECTION_SHARE = 0.25
 def unknown_structure(judge: Judge, model: Scored) -> tuple[Unknown | None, float | None]:
     """Return what structure is left, or None where what is left is noise; and the probability that it fits.
 
-    Parameters
-    ----------
-    judge, model
-        The data and the model found, probes included: a probe that earned its place is structure without a name.
+    A probe that earned its place in the model is structure without a name.
     """
     probes = [effect for effect, _ in model.choices if isinstance(effect, Probe)]
     depends = [name for probe in probes for name in probe.depends_on]

@@ -19,13 +19,7 @@ FEWEST_COMPARED = 10
 
 
 def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
-    """Return the noise of a reading, with what a model explains in time taken out of the differences between repeats.
-
-    Parameters
-    ----------
-    judge, model
-        The data and what explains them.
-    """
+    """Return the noise of a reading: repeats differ by it, once what a model explains in time has been taken out."""
     dataset, fit = judge.space.dataset, judge.fit(model)
     sigma, dof = float(np.sqrt(fit.variance)), float(max(judge.space.readings - fit.mean.size, 1))
     if dataset.has_repeats:

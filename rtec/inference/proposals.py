@@ -84,12 +84,7 @@ def _orthogonalising(rows: Floats) -> Floats:
 def falls(columns: Floats, back: Beside) -> Floats:
     """Return by how much each shape lowers the residual sum of squares, shape (shapes,).
 
-    Parameters
-    ----------
-    columns
-        Whitened, shape (shapes, amplitudes, rows).
-    back
-        What the model leaves.
+    Columns are whitened, shape (shapes, amplitudes, rows).
     """
     m, q, n = columns.shape
     both = (columns.reshape(m * q, n) @ back.both.T).reshape(m, q, -1)

@@ -55,11 +55,6 @@ class Suggested(NamedTuple):
 def suggested_plan(diagnosis: Diagnosis) -> Suggested:
     """Return the plan of the experiment that a diagnosis suggests.
 
-    Parameters
-    ----------
-    diagnosis
-        With its measurement and its experiment.
-
     Returns
     -------
     Suggested

@@ -190,16 +190,7 @@ def _turns(tables: Mapping[str, Any]) -> bool:
 
 
 def write_experiment(path: str | Path, plan: ExperimentPlan, about: str = "") -> None:
-    """Write an experiment plan; the file appears whole or not at all.
-
-    Parameters
-    ----------
-    path
-        The file.
-    plan
-        What it holds.
-    about
-        A sentence that stands above it as a comment.
+    """Write an experiment plan; the file appears whole or not at all; ``about`` is a comment above it.
 
     Raises
     ------

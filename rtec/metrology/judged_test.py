@@ -41,12 +41,7 @@ class JudgedTest:
     notes: tuple[str, ...] = ()
 
     def to_dict(self, unit: str | None = None) -> dict[str, Any]:
-        """Return everything under the contract's names, ready for JSON.
-
-        Parameters
-        ----------
-        unit
-            As of `PositioningFigures.to_dict`.
+        """Return everything under the contract's names, in a unit as of `PositioningFigures.to_dict`, ready for JSON.
 
         Raises
         ------

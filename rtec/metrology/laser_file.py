@@ -86,13 +86,6 @@ def _find_header(lines: list[str]) -> int | None:
 def readings_of_text(path: str | Path, text: str) -> Readings:
     r"""Return the readings in the text of a data file of the laser system.
 
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    text
-        What it holds. Free text before the header is passed over; the header may be wrapped or run together.
-
     Returns
     -------
     Readings

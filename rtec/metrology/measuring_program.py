@@ -26,11 +26,6 @@ from rtec.units import MM_PER_INCH
 def measuring_program(plan: MeasuringPlan) -> list[str]:
     """Export a plan as the macro's program: in inches, to four decimals; feeds to a tenth, dwells in whole seconds.
 
-    Parameters
-    ----------
-    plan
-        Checked when it was built.
-
     Returns
     -------
     list of str

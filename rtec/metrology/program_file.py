@@ -14,12 +14,7 @@ STOP_S = 1.0
 
 
 def read_program(path: str | Path) -> axis.Program:
-    """Read a G-code file; the axis starts at machine zero.
-
-    Parameters
-    ----------
-    path
-        A program as `measuring_program` writes it.
+    """Read a G-code file; the axis starts at machine zero. It is as `measuring_program` writes it.
 
     Raises
     ------

@@ -177,15 +177,7 @@ class PositioningUncertainty:
     spread_share: float | None
 
     def statement(self, unit: str, factor: float) -> tuple[str, ...]:
-        """Return in sentences what the uncertainty contains and what it does not.
-
-        Parameters
-        ----------
-        unit
-            Of lengths or angles, for people.
-        factor
-            From the unit inside to it.
-        """
+        """Return in sentences what the uncertainty contains and what it does not."""
         named = [f"{_NAMES[name]} {value * factor:.2g} {unit}" for name, value in self.contributions.items()]
         left = [f"{_NAMES[name]} ({_STATED_BY[name]})" for name in self.missing]
         if not named:
@@ -223,13 +215,6 @@ class PositioningUncertainty:
 
 def positioning_uncertainty(figures: PositioningFigures, inputs: UncertaintyInputs) -> PositioningUncertainty:
     """Return the uncertainty of positioning figures that follows from what was stated.
-
-    Parameters
-    ----------
-    figures
-        Of `positioning_figures`.
-    inputs
-        What is known of the measurement.
 
     Examples
     --------

@@ -66,11 +66,6 @@ class VdiFigures:
 def vdi_figures(figures: PositioningFigures) -> VdiFigures | None:
     """Return the figures of VDI/DGQ 3441 of what was judged by ISO 230-2.
 
-    Parameters
-    ----------
-    figures
-        Of `positioning_figures`.
-
     Returns
     -------
     VdiFigures or None

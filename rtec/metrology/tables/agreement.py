@@ -24,11 +24,6 @@ def disagreement(columns: Mapping[str, Column]) -> str | None:
     A datum that only one of the two has makes no difference, and columns that have little to do with each other (the
     position of an encoder beside the error that a laser saw) are no contradiction.
 
-    Parameters
-    ----------
-    columns
-        Of a measurement.
-
     Examples
     --------
     >>> target, error = np.array([0.0, 100, 200]), np.array([0.001, -0.002, 0.004])

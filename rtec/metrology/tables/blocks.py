@@ -131,15 +131,7 @@ def _names_a_part(fields: Sequence[Cell], *, after_blank: bool) -> bool:
 
 
 def without_remarks(grid: Grid, text: list[str] | None, first: int, last: int) -> tuple[Grid, tuple[str, ...]]:
-    """Return the lines with those of words between the rows made blank, and a note that names them.
-
-    Parameters
-    ----------
-    grid, text
-        The lines; text is None for a sheet.
-    first, last
-        Of the rows.
-    """
+    """Return the lines with words between the rows made blank, and a note on them; ``text`` is None for a sheet."""
     likely = [index for index in range(first, last) if text is None or WORD.search(text[index])]
     while likely and is_row(grid.fields(likely[-1])):
         likely.pop()

@@ -19,14 +19,7 @@ _OTHERS = ("direction", "run")
 
 
 def without_units(table: Table, choices: ColumnChoices) -> Table:
-    """Return a table with bare numbers in its cells, and their units below the headings.
-
-    Parameters
-    ----------
-    table
-        As it stands in the file.
-    choices
-        What the user says; the unit of a choice goes before that of the cells.
+    """Return a table with bare numbers in its cells and units below the headings; that of a choice goes before.
 
     Raises
     ------

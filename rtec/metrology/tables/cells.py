@@ -40,14 +40,7 @@ _WHOLE = re.compile(r"[^0-9]*([0-9]{1,9})[^0-9]*", re.ASCII)
 
 
 def is_missing(cell: Cell, *, signs: bool = False) -> bool:
-    """Return whether a cell says that there is no reading.
-
-    Parameters
-    ----------
-    cell
-        Any.
-    signs
-        Whether a dash is the sign of a direction here.
+    """Return whether a cell says that there is no reading; with ``signs`` a dash is a direction.
 
     Examples
     --------

@@ -65,13 +65,6 @@ class Meaning:
 def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:
     """Return what a heading seems to say, or None where it is no word of ours.
 
-    Parameters
-    ----------
-    heading
-        As it stands in the file.
-    unit_cell
-        What stands below it in a row of units.
-
     Returns
     -------
     Meaning or None

@@ -30,13 +30,6 @@ _FACTS_OF_AXES = ("counts_per_rev", "screw_pitch", "scale_signal_period", "refer
 def tables_of_text(source: str | Path, text: str) -> list[Table]:
     r"""Find the tables in a text, one after the other.
 
-    Parameters
-    ----------
-    source
-        The file, for messages.
-    text
-        With ``\n`` between its lines.
-
     Raises
     ------
     FileFormatError

@@ -56,16 +56,7 @@ class Placed:
 
 
 def place(table: Table, choices: ColumnChoices, passes: frozenset[int] = frozenset()) -> Placed:
-    """Return what the columns of a table are.
-
-    Parameters
-    ----------
-    table
-        With its headings.
-    choices
-        What the user says.
-    passes
-        Columns that are passes of a wide table, and nothing else.
+    """Return what the columns of a table are, but for ``passes``, those of a wide table.
 
     Raises
     ------

@@ -46,16 +46,7 @@ def is_renishaw_file(text: str) -> bool:
 
 
 def read_renishaw_text(source: str | Path, text: str, choices: ColumnChoices) -> Measurement:
-    r"""Return the measurement in such a file.
-
-    Parameters
-    ----------
-    source
-        The file, for messages.
-    text
-        With ``\n`` between its lines.
-    choices
-        What the user says of ``target`` and ``deviation``, which go before mm and µm.
+    r"""Return the measurement in such a file; choices of ``target`` and ``deviation`` go before mm and µm.
 
     Raises
     ------

@@ -25,13 +25,6 @@ _PAGE = re.compile(r"(?:page|seite|blatt|sheet|feuille)\W*[0-9]*\W*(?:(?:of|von|
 def one_table(tables: Sequence[Table], choices: ColumnChoices) -> Table:
     """Return the table to be read: the only one with readings, the one that was chosen, or all of them joined.
 
-    Parameters
-    ----------
-    tables
-        Of one file, in their order.
-    choices
-        What the user says.
-
     Raises
     ------
     FileFormatError

@@ -26,13 +26,6 @@ def unfolded(
 ) -> tuple[dict[str, Column], list[int], list[str], list[str]]:
     """Return the readings of a wide table in the order in which the axis took them.
 
-    Parameters
-    ----------
-    table, values
-        The table and its cells, of which one column is the target.
-    passes
-        What its other columns are.
-
     Returns
     -------
     columns

@@ -92,14 +92,7 @@ def _is_way(word: str, words: Sequence[str]) -> bool:
 
 
 def passes_of(headings: Sequence[str], above: Sequence[str], taken: frozenset[int]) -> list[Pass]:
-    """Return the columns of a wide table, or nothing where it is none.
-
-    Parameters
-    ----------
-    headings, above
-        Of every column.
-    taken
-        Columns that are known to be something else.
+    """Return the columns of a wide table, or nothing where it is none; ``taken`` ones are known to be something else.
 
     Examples
     --------
@@ -120,13 +113,6 @@ def passes_of(headings: Sequence[str], above: Sequence[str], taken: frozenset[in
 
 def turned(headings: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[list[str], list[list[Cell]]] | None:
     """Return a table with a target a column as one with a target a row, or None where it is no such table.
-
-    Parameters
-    ----------
-    headings
-        The name of the targets, then the targets.
-    rows
-        The name of a run, then its readings.
 
     Examples
     --------

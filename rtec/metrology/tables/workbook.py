@@ -41,14 +41,7 @@ def is_workbook(path: str | Path) -> bool:
 
 
 def tables_of_workbook(path: str | Path, sheet: str | None) -> list[Table]:
-    """Return the tables in a sheet of a workbook.
-
-    Parameters
-    ----------
-    path
-        The .xlsx file.
-    sheet
-        Its sheet; None where only one of them holds a table.
+    """Return the tables in a sheet of a workbook; None for the only one that holds a table.
 
     Raises
     ------
