@@ -20,7 +20,7 @@ BOTH = [
     UNIT + "axis/test_axis_encoder.py",
     *(UNIT + f"link/test_{name}_kernels.py" for name in ("crc", "frame", "bus")),
 ]
-LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is", "crowds"]
+LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is", "crowds", "three_axes"]
 MODES = {
     # the long ones are left out; draws of random bits wrap on purpose, of which numpy warns uncompiled
     "NUMBA_DISABLE_JIT": [
@@ -32,7 +32,8 @@ MODES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("mode", list(MODES))
+# indices are checked in Python, too; compiling everything anew for the other takes longer than all of its tests
+@pytest.mark.parametrize("mode", ["NUMBA_DISABLE_JIT", pytest.param("NUMBA_BOUNDSCHECK", marks=pytest.mark.sweep)])
 def test_kernels_pass_in_this_mode(mode, tmp_path):
     # the cache of machine code does not tell the modes apart
     environment = {**os.environ, mode: "1", "NUMBA_CACHE_DIR": str(tmp_path)}
