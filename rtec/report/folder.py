@@ -14,7 +14,7 @@ from rtec.metrology import Readings, measurement_of_readings, write_laser_file, 
 from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
 from rtec.report.illustrations import Illustration, illustrations
-from rtec.report.page import render_page
+from rtec.report.page import page_values
 from rtec.report.page_folder import write_page_folder
 from rtec.report.search import search_figures
 from rtec.report.tables import curves_csv, rows_csv
@@ -51,12 +51,12 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
     scale = scale_of(result.unit)
     if found is None:
         found = () if result.learned is None else search_figures(result.learned)
-    figures = illustrations(result, scale)
     return write_page_folder(
         folder,
-        [*found, *figures],
+        [*found, *illustrations(result, scale)],
         study_document(result),
-        lambda files: render_page(result, scale, found, figures, files),
+        "report.html.j2",
+        page_values(result, scale),
         beside=lambda new: _write_beside(result, scale, new),
     )
 

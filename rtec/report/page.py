@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
-from rtec.report.illustrations import Illustration
-from rtec.report.rendering import embedded, page_environment
-from rtec.report.search import PREFIX, search_of
+from rtec.report.search import search_of
 from rtec.report.tables import (
     COUNT_COLUMNS,
     ISO_COLUMNS,
@@ -119,54 +117,34 @@ def _failure(row: StudyRow) -> str:
     return f"is {text}" if text.startswith("off") else f"had {text}"
 
 
-def render_page(
-    result: StudyResult,
-    scale: Scale,
-    found: Sequence[Illustration],
-    figures: Sequence[Illustration],
-    files: Sequence[str],
-) -> str:
-    """Return the page.
+def page_values(result: StudyResult, scale: Scale) -> dict[str, Any]:
+    """Return what the template of the page names; name, title, facts and warnings are text of a user.
 
     Parameters
     ----------
     result
-        The study; its name, title, facts and warnings are text of a user and are escaped.
+        The study.
     scale
         The study's unit.
-    found, figures
-        Of the search and of the correction, drawn already.
-    files
-        What lies beside the page, as paths from it.
     """
-    return (
-        page_environment()
-        .get_template("report.html.j2")
-        .render(
-            title=printable(result.title),
-            study=printable(result.study),
-            verdict=verdict(result, scale),
-            search=search_of(result),
-            plates={figure.name.removeprefix(PREFIX): (figure, embedded(figure)) for figure in found},
-            scale=scale,
-            rows=table_rows(result, scale),
-            thesis_columns=THESIS_COLUMNS,
-            iso_columns=ISO_COLUMNS,
-            reading_columns=READING_COLUMNS,
-            count_columns=COUNT_COLUMNS,
-            limits=limit_rows(result, scale),
-            largest_error=scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
-            program_feed=scale.feed(result.program_feed_mm_s),
-            figures=[(figure, embedded(figure)) for figure in figures],
-            facts=[(printable(label), printable(value)) for label, value in result.facts],
-            warnings=[printable(warning) for warning in result.warnings],
-            definitions=DEFINITIONS,
-            not_modelled=NOT_MODELLED,
-            seed=result.seed,
-            repeatability=f"{result.repeatability_mm * 1000:g} µm",
-            noisy=result.repeatability_mm > 0.0,
-            command=result.command,
-            simulated=number(round(sum(row.run.simulated_s for row in result.rows) / 3600.0, 1)),
-            files=files,
-        )
-    )
+    return {
+        "title": printable(result.title),
+        "study": printable(result.study),
+        "verdict": verdict(result, scale),
+        "search": search_of(result),
+        "scale": scale,
+        "rows": table_rows(result, scale),
+        "columns": (THESIS_COLUMNS, ISO_COLUMNS, READING_COLUMNS, COUNT_COLUMNS),
+        "limits": limit_rows(result, scale),
+        "largest_error": scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
+        "program_feed": scale.feed(result.program_feed_mm_s),
+        "facts": [(printable(label), printable(value)) for label, value in result.facts],
+        "warnings": [printable(warning) for warning in result.warnings],
+        "definitions": DEFINITIONS,
+        "not_modelled": NOT_MODELLED,
+        "seed": result.seed,
+        "repeatability": f"{result.repeatability_mm * 1000:g} µm",
+        "noisy": result.repeatability_mm > 0.0,
+        "command": result.command,
+        "simulated": number(round(sum(row.run.simulated_s for row in result.rows) / 3600.0, 1)),
+    }

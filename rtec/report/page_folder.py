@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from rtec.io import json_text, whole_folder, write_text
 from rtec.report.illustrations import Illustration
+from rtec.report.rendering import html_page
 
 PAGE = "report.html"
 
 
 def write_page_folder(
     folder: Path,
-    figures: Iterable[Illustration],
+    figures: Sequence[Illustration],
     document: dict[str, Any],
-    render: Callable[[Sequence[str]], str],
+    template: str,
+    values: dict[str, Any],
     *,
     beside: Callable[[Path], None] = lambda new: None,
 ) -> Path:
@@ -34,8 +36,9 @@ def write_page_folder(
         Written as SVG and as PNG into ``figures``.
     document
         Written as ``result.json``.
-    render
-        Returns the page, ``report.html``, of the paths of all other files from there.
+    template, values
+        Of the page, ``report.html``, and what the template names besides the figures and ``files``, the paths of all
+        other files from there.
     beside
         Writes what else belongs to the report into a folder; a folder in it that stays empty is taken away.
 
@@ -61,5 +64,5 @@ def write_page_folder(
             with contextlib.suppress(OSError):
                 part.rmdir()
         files = sorted(path.relative_to(new).as_posix() for path in new.rglob("*") if path.is_file())
-        write_text(new / PAGE, render(files))
+        write_text(new / PAGE, html_page(template, figures, files=files, **values))
     return folder / PAGE

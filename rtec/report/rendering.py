@@ -5,25 +5,33 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rtec.report.illustrations import Illustration
 
-if TYPE_CHECKING:
-    import jinja2
 
+def html_page(template: str, figures: Iterable[Illustration], **values: object) -> str:
+    """Return a page in HTML; text of a user is escaped everywhere, and a name that is missing is an error.
 
-def page_environment() -> jinja2.Environment:
-    """Return what renders templates: text of a user is escaped everywhere, and a name that is missing is an error."""
+    Parameters
+    ----------
+    template
+        Its path in this package.
+    figures
+        The template finds them by name, each with its picture as text that a page can carry in itself.
+    **values
+        What else the template names.
+    """
     import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a report is written
 
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.PackageLoader("rtec.report", "."),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    shown = {figure.name: (figure, base64.b64encode(figure.svg).decode("ascii")) for figure in figures}
+    return environment.get_template(template).render(figures=shown, **values)
 
 
 def markdown_page(template: Path, **values: object) -> str:
@@ -63,8 +71,3 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) ->
     lines = [headings, *rows]
     shown = ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]
     return "\n".join([shown[0], "|" + "---|" * len(headings), *shown[1:]])
-
-
-def embedded(figure: Illustration) -> str:
-    """Return a figure as text that a page can carry in itself."""
-    return base64.b64encode(figure.svg).decode("ascii")

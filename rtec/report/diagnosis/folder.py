@@ -1,24 +1,30 @@
-"""The folder of a diagnosis or a comparison, which gets all of its files or none."""
+"""The folder of a diagnosis or a comparison: its page needs nothing else, and it gets all of its files or none."""
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.inference.results import Diagnosis
+from rtec.report.appearance import printable
+from rtec.report.diagnosis import chapters
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
 from rtec.report.diagnosis.figures_several import SEVERAL_CAPTION, several_figure
-from rtec.report.diagnosis.page import comparison_page, diagnosis_page, several_page
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
-from rtec.report.diagnosis.several import several_document
+from rtec.report.diagnosis.quantities import shown_for
+from rtec.report.diagnosis.sentence import comparison_sentence, spoken
+from rtec.report.diagnosis.several import change_rows, changes_sentence, heads_of, left_rows, several_document
 from rtec.report.figures_style import figure_style
 from rtec.report.illustrations import illustration
 from rtec.report.page_folder import write_page_folder
 
 if TYPE_CHECKING:
+    from rtec.dataset.dataset import Dataset
     from rtec.inference.compare import Comparison
     from rtec.report.diagnosis.several import Changes, Results
+
+_FOR_COMPARISONS = 3
+"""Definitions that concern a comparison, too: the first ones."""
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> Path:
@@ -27,7 +33,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> Path:
     Parameters
     ----------
     diagnosis
-        The search.
+        The search; names of columns and files, notes and reasons are text from outside and are escaped.
     folder
         Where to; it exists.
 
@@ -36,16 +42,39 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> Path:
     Path
         The page, ``report.html``; beside it are ``result.json`` and ``figures`` (each as SVG and as PNG).
     """
-    figures = diagnosis_figures(diagnosis)
-    document = diagnosis_document(diagnosis)
-    return write_page_folder(folder, figures, document, partial(diagnosis_page, diagnosis, figures))
+    dataset = diagnosis.dataset
+    values = {
+        "title": _title("What explains the", dataset),
+        "search": chapters.search_text(diagnosis, shown_for(dataset)),
+        "definitions": chapters.DEFINITIONS,
+    }
+    figures, document = diagnosis_figures(diagnosis), diagnosis_document(diagnosis)
+    return write_page_folder(folder, figures, document, "diagnosis/diagnosis.html.j2", values)
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> Path:
     """Write page, figures and numbers of a comparison; parameters, result and errors as for ``write_diagnosis``."""
-    figures = comparison_figures(comparison.dataset, comparison.model, comparison.noise)
-    document = comparison_document(comparison)
-    return write_page_folder(folder, figures, document, partial(comparison_page, comparison, figures))
+    c, shown = comparison, shown_for(comparison.dataset)
+    values = {
+        "title": _title("Residual of the", c.dataset),
+        "sentence": comparison_sentence(c),
+        "tone": "good" if c.at_the_floor else "mind",
+        "facts": chapters.facts(c.dataset, c.noise, c.heldout, c.heldout_by),
+        "notes": [printable(note) for note in c.dataset.notes],
+        "effects": chapters.found_effects(c.model, ()),
+        "where": [
+            (row.quantity, row.share, row.place, row.mean_with_unit, row.rows)
+            for row in chapters.where_rows(c, shown)
+        ],
+        "definitions": chapters.DEFINITIONS[:_FOR_COMPARISONS],
+    }
+    figures, document = comparison_figures(c.dataset, c.model, c.noise), comparison_document(c)
+    return write_page_folder(folder, figures, document, "diagnosis/comparison.html.j2", values)
+
+
+def _title(start: str, dataset: Dataset) -> str:
+    name = dataset.source.replace("\\", "/").rsplit("/", 1)[-1]
+    return f"{start} {spoken(dataset.observe)} in {printable(name)}"
 
 
 def write_several(results: Results, found: Changes, folder: Path) -> Path:
@@ -78,5 +107,14 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
             else:
                 write_comparison(one, part)
 
-    page = partial(several_page, results, found, figure, parts)
-    return write_page_folder(folder, [figure], several_document(results, found), page, beside=write_parts)
+    first = next(iter(results))
+    values = {
+        "title": f"{spoken(results[first].dataset.observe).capitalize()} in {len(results)} measurements",
+        "sentence": changes_sentence(first, found),
+        "heads": heads_of(results),
+        "left": [(name, part, cells) for part, (name, cells) in zip(parts.values(), left_rows(results), strict=True)],
+        "first": printable(first),
+        "changes": [(printable(name), change_rows(of_file)) for name, of_file in found.items()],
+    }
+    document = several_document(results, found)
+    return write_page_folder(folder, [figure], document, "diagnosis/several.html.j2", values, beside=write_parts)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from rtec.io import write_bytes
 from rtec.report.figures_style import figure_style, new_figure
-from rtec.report.illustrations import Illustration, illustration
+from rtec.report.illustrations import illustration
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.pdf import sheet_pdf
 from rtec.report.iso230.sheet import Sheet
 from rtec.report.page_folder import write_page_folder
-from rtec.report.rendering import embedded, page_environment
 
 _PANEL_INCH, _AROUND_INCH = 3.5, 0.7
 PDF = "report.pdf"
@@ -33,34 +31,16 @@ def write_positioning(sheet: Sheet, folder: Path) -> Path:
     Path
         The page, ``report.html``; beside it are ``report.pdf``, ``result.json`` and ``figures``.
     """
-    figure = _plot(sheet)
+    with figure_style():
+        drawn = new_figure(_AROUND_INCH + _PANEL_INCH * len(sheet.tests))
+        draw_tests(drawn, sheet.tests, sheet.units, sheet.table.decimals)
+        figure = illustration(drawn, "positioning", "Deviation at each target", sheet.caption)
     pdf = sheet_pdf(sheet)
     return write_page_folder(
         folder,
         [figure],
         sheet.document,
-        lambda files: _page(sheet, figure, files),
+        "iso230/page.html.j2",
+        {"title": sheet.title, "definitions": sheet.definitions, "sheet": sheet},
         beside=lambda new: write_bytes(new / PDF, pdf),
-    )
-
-
-def _plot(sheet: Sheet) -> Illustration:
-    with figure_style():
-        figure = new_figure(_AROUND_INCH + _PANEL_INCH * len(sheet.tests))
-        draw_tests(figure, sheet.tests, sheet.units, sheet.table.decimals)
-        return illustration(figure, "positioning", "Deviation at each target", sheet.caption)
-
-
-def _page(sheet: Sheet, figure: Illustration, files: Sequence[str]) -> str:
-    return (
-        page_environment()
-        .get_template("iso230/page.html.j2")
-        .render(
-            sheet=sheet,
-            figure=figure,
-            picture=embedded(figure),
-            statements=sheet.statements,
-            warned=any(test.warnings for test in sheet.tests),
-            files=files,
-        )
     )

@@ -185,15 +185,15 @@ def test_the_same_study_gives_the_same_bytes(make_result, tmp_path):
         assert (places[0] / name).read_bytes() == (places[1] / name).read_bytes(), name
 
 
-@pytest.mark.parametrize("failing", ["_write_waveform", "render_page", "_write_readings"])
+@pytest.mark.parametrize("failing", ["folder._write_waveform", "page_folder.html_page", "folder._write_readings"])
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 @pytest.mark.usefixtures("quick")
 def test_nothing_is_left_of_a_report_that_could_not_be_written(make_result, out, monkeypatch, failing, error):
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise error
 
     (out / "mine.txt").write_text("kept")
-    monkeypatch.setattr(folder_module, failing, fail)
+    monkeypatch.setattr(f"rtec.report.{failing}", fail)
     expected = OutputError if isinstance(error, OSError) else KeyboardInterrupt
     with pytest.raises(expected) as caught:
         write_report(make_result(), out)

@@ -177,11 +177,11 @@ def test_a_comparison_says_where_the_residual_lives(make_comparison, out):
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 def test_nothing_is_left_of_a_page_that_could_not_be_written(make_diagnosis, out, monkeypatch, error):
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise error
 
     (out / "report.html").write_text("older")
-    monkeypatch.setattr(folder_module, "diagnosis_page", fail)
+    monkeypatch.setattr("rtec.report.page_folder.html_page", fail)
     with pytest.raises(OutputError if isinstance(error, OSError) else KeyboardInterrupt):
         write_diagnosis(make_diagnosis(), out)
     assert _files(out) == {"report.html"} and (out / "report.html").read_text() == "older"
