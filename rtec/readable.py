@@ -206,15 +206,15 @@ def time_text(time_ps: int | None) -> str:
     return f"{time_ps} ps"
 
 
-def hertz_text(hertz: float) -> str:
-    """Return a frequency for people.
+def hertz_text(hertz: float, digits: int = 6) -> str:
+    """Return a frequency for people, with so many digits.
 
     Examples
     --------
-    >>> hertz_text(500e3), hertz_text(27_777.8), hertz_text(400.0)
-    ('500 kHz', '27.7778 kHz', '400 Hz')
+    >>> hertz_text(500e3), hertz_text(27_777.8), hertz_text(27_777.8, 3), hertz_text(400.0)
+    ('500 kHz', '27.7778 kHz', '27.8 kHz', '400 Hz')
     """
     for unit in ("THz", "GHz", "MHz", "kHz"):
         if hertz >= UNITS[unit].factor:
-            return f"{hertz / UNITS[unit].factor:.6g} {unit}"
-    return f"{hertz:.6g} Hz"
+            return f"{hertz / UNITS[unit].factor:.{digits}g} {unit}"
+    return f"{hertz:.{digits}g} Hz"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,12 +69,13 @@ class Seen:
             _console.note(f"{self.figure} not written: {_why_not(self.stretch, self.state, path)}")
             return files | {"figure": None}
         from rtec.readable import hertz_text
-        from rtec.report.figures_simulate import write_insertion_figure
+        from rtec.report.figures_simulate import insertion_figure
+        from rtec.report.figures_style import write_figure
 
         design, processor = path.injector.design, path.microcontroller
         works = "" if processor is None else f", {processor.name}"
         name = f"{design.title}{works}, {hertz_text(path.frequency_hz)}"
-        write_insertion_figure(self.stretch.found, name, design.step_counts, self.figure)
+        write_figure(partial(insertion_figure, self.stretch.found, name, design.step_counts), self.figure)
         return files | {"figure": str(self.figure)}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -254,9 +255,10 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
     if verdict.speeds is None:
         _console.note(f"{file} not written: it inserts nothing, so that there is no margin")
         return {}
-    from rtec.report.figures_margin import write_margin_figure
+    from rtec.report.figures_margin import margin_figure
+    from rtec.report.figures_style import write_figure
 
-    write_margin_figure(verdict, file)
+    write_figure(lambda: margin_figure(verdict), file)
     return {"margin_figure": str(file)}
 
 
@@ -299,9 +301,10 @@ def _write(run: Run | None, name: str, files: _Files) -> dict[str, str]:
             _console.note(f"{file} not written: no run has come to its end")
             continue
         if kind == "figure":
-            from rtec.report.figures_check import write_case_figure
+            from rtec.report.figures_check import case_figure
+            from rtec.report.figures_style import write_figure
 
-            write_case_figure(run, name, file)
+            write_figure(partial(case_figure, run, name), file)
         else:
             from rtec.conformance.waves import write_run
 

@@ -109,9 +109,10 @@ def envelope(
     with _console.progress("envelope") as progress:
         rows = find_envelope(plan, progress)
     if figure is not None:
-        from rtec.report.figures_envelope import write_envelope_figure
+        from rtec.report.figures_envelope import envelope_figure
+        from rtec.report.figures_style import write_figure
 
-        write_envelope_figure(rows, figure)
+        write_figure(lambda: envelope_figure(rows), figure)
     if json:
         _console.print_json({"rows": [row.to_dict() for row in rows], "figure": figure and str(figure)})
         return

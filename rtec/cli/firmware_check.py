@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 import dataclasses
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -114,9 +115,10 @@ def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> d
             _console.note(f"{file} not written: the program has not come to an insertion")
             continue
         if name == "figure":
-            from rtec.report.figures_firmware import write_insertion_figure
+            from rtec.report.figures_firmware import insertion_figure
+            from rtec.report.figures_style import write_figure
 
-            write_insertion_figure(verdict, file)
+            write_figure(partial(insertion_figure, verdict), file)
         else:
             from rtec.campaign.firmware_check_vcd import write_trace
 

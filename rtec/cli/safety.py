@@ -138,10 +138,11 @@ def _write(case: SafetyCase, files: tuple[Path, Path, Path], command: str) -> No
     OutputError
         One of them cannot be written.
     """
-    from rtec.report.figures_safety import write_safety_figure
+    from rtec.report.figures_safety import safety_figure
+    from rtec.report.figures_style import write_figure
     from rtec.report.safety_page import faults_csv, safety_page
 
     output, picture, table = files
-    write_safety_figure(case.matrix, picture)
+    write_figure(lambda: safety_figure(case.matrix), picture)
     write_text(table, faults_csv(case))
     write_text(output, safety_page(case, command=command, picture=picture.name, table=table.name))

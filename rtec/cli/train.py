@@ -135,10 +135,11 @@ def _chosen(result: PredictorComparison, pick: str | None) -> Row:
 
 
 def _draw(path: Path, result: PredictorComparison, *, force: bool) -> None:
-    from rtec.report.figures_training import write_training_figure
+    from rtec.report.figures_style import write_figure
+    from rtec.report.figures_training import training_figure
 
     check_file("--figure", path, force=force)  # somebody may have written it in the meantime
-    write_training_figure(path, result)
+    write_figure(lambda: training_figure(result), path)
 
 
 def _write(path: Path, result: PredictorComparison, row: Row, *, force: bool) -> dict[str, str]:

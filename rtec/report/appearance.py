@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rtec import readable
 from rtec.errors import unknown
 from rtec.report import palette
-from rtec.units import MM_PER_INCH
+from rtec.units import MM_PER_INCH, UNITS, symbol
 
 MISSING = readable.MISSING
 """Stands where a figure is not defined."""
@@ -121,9 +121,17 @@ class Scale:
 
 
 _SCALES = {
-    "um": ("µm", 1000.0, 1, "mm", 1.0, "mm/min", 60.0),
-    "mm": ("mm", 1.0, 4, "mm", 1.0, "mm/min", 60.0),
-    "inch": ("inch", 1.0 / MM_PER_INCH, 6, "inch", 1.0 / MM_PER_INCH, "inch/min", 60.0 / MM_PER_INCH),
+    name: Scale(
+        unit=name,
+        symbol=symbol(name),
+        per_mm=1.0 / UNITS[name].factor,
+        decimals=decimals,
+        position_unit=along,
+        position_per_mm=1.0 / UNITS[along].factor,
+        feed_unit=f"{along}/min",
+        feed_per_mm_s=60.0 / UNITS[along].factor,
+    )
+    for name, decimals, along in (("um", 1, "mm"), ("mm", 4, "mm"), ("inch", 6, "inch"))
 }
 
 
@@ -137,17 +145,7 @@ def scale_of(unit: str) -> Scale:
     """
     if unit not in _SCALES:
         raise unknown("unit", unit, _SCALES, noun="unit of results")
-    symbol, per_mm, decimals, position_unit, position_per_mm, feed_unit, feed_per_mm_s = _SCALES[unit]
-    return Scale(
-        unit=unit,
-        symbol=symbol,
-        per_mm=per_mm,
-        decimals=decimals,
-        position_unit=position_unit,
-        position_per_mm=position_per_mm,
-        feed_unit=feed_unit,
-        feed_per_mm_s=feed_per_mm_s,
-    )
+    return _SCALES[unit]
 
 
 def number(value: float, digits: int = 4) -> str:

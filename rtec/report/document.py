@@ -6,7 +6,7 @@ from typing import Any
 
 from rtec.io import strict
 from rtec.report.diagnosis import diagnosis_document
-from rtec.report.tables import COUNT_COLUMNS
+from rtec.report.tables import COUNT_COLUMNS, ISO_COLUMNS, READING_COLUMNS, THESIS_COLUMNS, LengthColumn
 from rtec.study.results import Round, StudyResult, StudyRow
 
 
@@ -73,29 +73,18 @@ def _model(result: StudyResult) -> dict[str, Any]:
 def row_dict(row: StudyRow) -> dict[str, object]:
     """Return one row under the names that scripts rely on, lengths in µm."""
 
-    def um(name: str) -> float | None:
-        value_mm = None if row.figures is None else getattr(row.figures, name)
+    def um(column: LengthColumn) -> float | None:
+        value_mm = column.of(row)
         return None if value_mm is None else value_mm * 1000.0
 
     return {
         "name": row.name,
         "reason": row.reason or None,
-        "max_average_error_um": um("max_average_error"),
-        "max_reversal_error_um": um("max_reversal_error"),
-        "iso230": {
-            "A": um("accuracy"),
-            "R": um("repeatability"),
-            "E": um("systematic"),
-            "M": um("mean_bidirectional"),
-            "B": um("reversal"),
-        },
-        "max_repeat_um": um("max_repeat"),
-        "cyclic_pp_um": um("cyclic_pp"),
-        "rms_um": um("rms"),
-        "pp_um": um("peak_to_peak"),
-        **{column.key: column.value(row) for column in COUNT_COLUMNS[:2]},
+        **{f"{column.key}_um": um(column) for column in THESIS_COLUMNS},
+        "iso230": {column.key: um(column) for column in ISO_COLUMNS},
+        **{f"{column.key}_um": um(column) for column in READING_COLUMNS},
+        **{column.key: column.value(row) for column in COUNT_COLUMNS},
         "beyond_word_steps": row.run.beyond_word_steps,
-        **{column.key: column.value(row) for column in COUNT_COLUMNS[2:]},
         "audit": row.run.audit,
         "audit_counts": row.run.audit_counts,
         "ending": row.run.ending.name,

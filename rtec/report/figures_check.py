@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtec.conformance.trials import Run
-from rtec.report.figures_style import write_figure
 from rtec.report.waveform import waveform
 
 if TYPE_CHECKING:
@@ -42,11 +40,6 @@ def case_figure(run: Run, name: str) -> Figure:
         title=f"{name}: {'every count right' if violation is None else violation.reason}",
         marks=marks,
     )
-
-
-def write_case_figure(run: Run, name: str, file: Path) -> None:
-    """Draw the part of a run that matters into a file."""
-    write_figure(lambda: case_figure(run, name), file)
 
 
 def shown_ps(run: Run) -> tuple[int, int]:

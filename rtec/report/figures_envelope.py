@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 from rtec.injector import Design
+from rtec.readable import hertz_text
 from rtec.report.appearance import look_of
 from rtec.report.figures_margin import draw_bands, name_bands
-from rtec.report.figures_style import guide, legend_above, new_figure, write_figure
+from rtec.report.figures_style import guide, legend_above, new_figure
 from rtec.report.palette import GRID, INK
 
 if TYPE_CHECKING:
@@ -25,17 +25,6 @@ _GUIDES = {
 }
 _APART = 0.19
 """Between the designs of one processor, in rows of the figure."""
-
-
-def write_envelope_figure(rows: Sequence[EnvelopeRow], file: Path) -> None:
-    """Draw the rows into a file, PNG, SVG or PDF by its name.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
-    write_figure(lambda: envelope_figure(rows), file)
 
 
 def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
@@ -68,7 +57,7 @@ def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
     axes.annotate("marks: safe to,\nlimited by", (1.0, -0.62), (4, 0), xycoords=axes.get_yaxis_transform(),
                   textcoords="offset points", va="bottom", ha="left", fontsize=8.0)  # fmt: skip
     axes.set_xlabel("encoder frequency, square waves a second of each line")
-    axes.xaxis.set_major_formatter(_label)
+    axes.xaxis.set_major_formatter(lambda hertz, _: hertz_text(hertz, 3))
     name_bands(axes)
     legend_above(figure, axes, 7)
     return figure
@@ -86,7 +75,9 @@ def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -
             axes.plot(row.max_safe_hz, y, color=look.colour, marker=look.marker, markersize=7.0, linestyle="none",
                       label=label)  # fmt: skip
             label = None
-        words = f"{_label(row.max_safe_hz, 0)}, {row.limited_by.value}" if row.max_safe_hz else row.limited_by.value
+        words = row.limited_by.value
+        if row.max_safe_hz:
+            words = f"{hertz_text(row.max_safe_hz, 3)}, {words}"
         axes.annotate(words, (1.0, y), (4, 0), xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                       va="center", ha="left", fontsize=8.0, color=look.ink)  # fmt: skip
 
@@ -96,17 +87,3 @@ def _span(rows: Sequence[EnvelopeRow]) -> tuple[float, float]:
     found = [row.max_safe_hz for row in rows if row.max_safe_hz > 0.0] or [float(GOAL_HZ)]
     highest = max(row.speeds.frequencies.searched_to_hz for row in rows)
     return min([*found, RAPID_HZ]) / 4.0, max([*found, highest]) * 1.15
-
-
-def _label(frequency_hz: float, _: object = None) -> str:
-    """Return a frequency for people.
-
-    Examples
-    --------
-    >>> _label(26_909.0), _label(1_107_128.0), _label(100_000.0)
-    ('26.9 kHz', '1.11 MHz', '100 kHz')
-    """
-    for factor, unit in ((1e6, "MHz"), (1e3, "kHz")):
-        if frequency_hz >= factor:
-            return f"{frequency_hz / factor:.3g} {unit}"
-    return f"{frequency_hz:.3g} Hz"

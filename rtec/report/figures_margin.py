@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.conformance.frequencies import Does, Frequencies
 from rtec.conformance.results import Verdict
 from rtec.errors import ArgumentError
 from rtec.readable import hertz_text
-from rtec.report.figures_style import guide, legend_above, new_figure, write_figure
+from rtec.report.figures_style import guide, legend_above, new_figure
 from rtec.report.palette import ALARM, BLUE, GUIDE_LINE, INK, PAPER
 
 if TYPE_CHECKING:
@@ -95,8 +94,3 @@ def margin_figure(verdict: Verdict) -> Figure:
     axes.xaxis.set_major_formatter(lambda hertz, _: hertz_text(hertz))
     legend_above(figure, axes, 5)
     return figure
-
-
-def write_margin_figure(verdict: Verdict, file: Path) -> None:
-    """Draw how far an algorithm goes into a file."""
-    write_figure(lambda: margin_figure(verdict), file)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.campaign.safety_matrix import Matrix, Outcome
 from rtec.campaign.safety_phases import Phase
 from rtec.injector import Design
-from rtec.report.figures_style import new_figure, write_figure
+from rtec.report.figures_style import new_figure
 from rtec.report.palette import ALARM, DELAYED, EDGE, INK, PAPER, SAFE, STOPPED, UPSTREAM
 
 if TYPE_CHECKING:
@@ -29,17 +28,6 @@ _LOOKS = {
     Outcome.NOT_APPLICABLE.value: (PAPER, "–", "not applicable"),
 }
 """Colour, letter and words; the letters tell them apart in grey print, too."""
-
-
-def write_safety_figure(matrix: Matrix, file: Path) -> None:
-    """Draw the matrix into a file, PNG, SVG or PDF by its name.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
-    write_figure(lambda: safety_figure(matrix), file)
 
 
 def safety_figure(matrix: Matrix) -> Figure:

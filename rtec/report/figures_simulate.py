@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtec.machine.stretch import SeenInsertion
-from rtec.report.figures_style import write_figure
 from rtec.report.waveform import waveform
 
 if TYPE_CHECKING:
@@ -19,8 +17,8 @@ _CHANGES_WIDE = 40
 _LEVELS = {1: "00", 2: "10", 3: "11", 4: "01"}
 
 
-def write_insertion_figure(seen: SeenInsertion, name: str, step_counts: int, file: Path) -> None:
-    """Draw an insertion into a file.
+def insertion_figure(seen: SeenInsertion, name: str, step_counts: int) -> Figure:
+    """Draw an insertion.
 
     Parameters
     ----------
@@ -30,19 +28,7 @@ def write_insertion_figure(seen: SeenInsertion, name: str, step_counts: int, fil
         Of the run, for the title.
     step_counts
         Of the design.
-    file
-        Its name ends in .png, .svg or .pdf.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
     """
-    write_figure(lambda: insertion_figure(seen, name, step_counts), file)
-
-
-def insertion_figure(seen: SeenInsertion, name: str, step_counts: int) -> Figure:
-    """Draw an insertion; parameters as above."""
     added = f"{seen.steps * step_counts:+d}".replace("-", "−")
     return waveform(
         seen.encoder,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.report.figures_learning import draw_courses, draw_spacings
 from rtec.report.figures_predicted import COLOURS, draw_along, draw_between, draw_left
-from rtec.report.figures_style import guide, magnitudes, new_figure, write_figure
+from rtec.report.figures_style import guide, magnitudes, new_figure
 from rtec.report.palette import GREY, GUIDE_LINE, INK
 from rtec.training.results import Kind
 
@@ -73,19 +72,6 @@ def training_figure(result: PredictorComparison) -> Figure:
     _draw_certainty(figure.add_subplot(below[1]), rows, looks)
     figure.draw_without_rendering()  # logarithmic axes know their labels, and so their margins, only once drawn
     return figure
-
-
-def write_training_figure(path: Path, result: PredictorComparison) -> None:
-    """Write the picture of a comparison as .png, .svg or .pdf.
-
-    Raises
-    ------
-    ArgumentError
-        No row has a figure.
-    OutputError
-        The file cannot be written.
-    """
-    write_figure(lambda: training_figure(result), path)
 
 
 def _designs(rows: list[Row]) -> dict[str, list[Row]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import csv
+import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -71,3 +73,16 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) ->
     lines = [headings, *rows]
     shown = ["| " + " | ".join(str(cell) for cell in line) + " |" for line in lines]
     return "\n".join([shown[0], "|" + "---|" * len(headings), *shown[1:]])
+
+
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    r"""Return rows as CSV, the head line among them.
+
+    Examples
+    --------
+    >>> csv_text([("name", "of"), ("a, b", 1.5)])
+    'name,of\n"a, b",1.5\n'
+    """
+    file = io.StringIO()
+    csv.writer(file, lineterminator="\n").writerows(rows)
+    return file.getvalue()

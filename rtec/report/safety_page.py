@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -17,7 +15,7 @@ from rtec.campaign.soak import Soak
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.machine.faults import FaultKind
-from rtec.report.rendering import markdown_page
+from rtec.report.rendering import csv_text, markdown_page
 
 TEMPLATE = Path(__file__).with_name("safety.md.j2")
 _FAULT_COLUMNS = (
@@ -37,9 +35,7 @@ _WORTH_A_ROW = 1
 
 def faults_csv(case: SafetyCase) -> str:
     """Return how each fault was detected, and how long it delayed, as CSV with a head line."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(_FAULT_COLUMNS)
+    rows: list[tuple[object, ...]] = [_FAULT_COLUMNS]
     for variant in case.matrix.plan.variants:
         trials = _fired(case, variant)
         found, late = detection_of(trials), [trial for trial in trials if trial.outcome is Outcome.DELAYED]
@@ -50,8 +46,8 @@ def faults_csv(case: SafetyCase) -> str:
         how = (*stopped, f"{found.off_counts:.0f}") if found.held else ("",) * 4
         delay = (f"{off:.0f}", _whole_ms(longest)) if late else ("", "")
         share = f"{found.held} of {len(trials)}" if found.held else ""
-        writer.writerow((variant.name, share, *how, len(late), *delay))
-    return file.getvalue()
+        rows.append((variant.name, share, *how, len(late), *delay))
+    return csv_text(rows)
 
 
 def safety_page(case: SafetyCase, *, command: str, picture: str, table: str) -> str:

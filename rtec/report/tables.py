@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import enum
-import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rtec.machine import Ending
-from rtec.metrology import PositioningFigures
 from rtec.report.appearance import MISSING, Look, Scale, is_design, look_of, number
+from rtec.report.rendering import csv_text
 from rtec.study.results import Limit, StudyResult, StudyRow
 
 _ENDINGS = {Ending.HELD: "held by the PC", Ending.FAULTED: "servo fault"}
@@ -36,111 +35,71 @@ class Cell:
     mark: Mark = Mark.NONE
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LengthColumn:
-    """A length of each row.
-
-    Parameters
-    ----------
-    key
-        Its name in files, without the unit.
-    head
-        For a table on the page.
-    words
-        For a table with room.
-    value_mm
-        Takes it from the figures of a row.
-    """
+class LengthColumn(NamedTuple):
+    """A length of each row."""
 
     key: str
+    """Its name in files, without the unit."""
     head: str
+    """For a table on the page."""
     words: str
-    value_mm: Callable[[PositioningFigures], float | None]
+    """For a table with room."""
+    figure: str
+    """Name of the figure of `PositioningFigures`."""
 
     def of(self, row: StudyRow) -> float | None:
         """Return the length of a row; None where it is not defined, or the row is empty."""
-        return None if row.figures is None else self.value_mm(row.figures)
+        found: float | None = None if row.figures is None else getattr(row.figures, self.figure)
+        return found
 
 
 THESIS_COLUMNS = (
-    LengthColumn(
-        key="max_average_error",
-        head="max average",
-        words="maximum average error",
-        value_mm=lambda figures: figures.max_average_error,
-    ),
-    LengthColumn(
-        key="max_reversal_error",
-        head="max reversal",
-        words="maximum reversal error",
-        value_mm=lambda figures: figures.max_reversal_error,
-    ),
-    LengthColumn(
-        key="max_repeat", head="max repeat", words="maximum repeat", value_mm=lambda figures: figures.max_repeat
-    ),
-    LengthColumn(
-        key="cyclic_pp", head="cyclic p‑p", words="cyclic, peak to peak", value_mm=lambda figures: figures.cyclic_pp
-    ),
+    LengthColumn("max_average_error", "max average", "maximum average error", "max_average_error"),
+    LengthColumn("max_reversal_error", "max reversal", "maximum reversal error", "max_reversal_error"),
+    LengthColumn("max_repeat", "max repeat", "maximum repeat", "max_repeat"),
+    LengthColumn("cyclic_pp", "cyclic p‑p", "cyclic, peak to peak", "cyclic_pp"),
 )
 ISO_COLUMNS = (
-    LengthColumn(key="A", head="A", words="ISO 230-2  A", value_mm=lambda figures: figures.accuracy),
-    LengthColumn(key="R", head="R", words="ISO 230-2  R", value_mm=lambda figures: figures.repeatability),
-    LengthColumn(key="E", head="E", words="ISO 230-2  E", value_mm=lambda figures: figures.systematic),
-    LengthColumn(key="M", head="M", words="ISO 230-2  M", value_mm=lambda figures: figures.mean_bidirectional),
-    LengthColumn(key="B", head="B", words="ISO 230-2  B", value_mm=lambda figures: figures.reversal),
+    LengthColumn("A", "A", "ISO 230-2  A", "accuracy"),
+    LengthColumn("R", "R", "ISO 230-2  R", "repeatability"),
+    LengthColumn("E", "E", "ISO 230-2  E", "systematic"),
+    LengthColumn("M", "M", "ISO 230-2  M", "mean_bidirectional"),
+    LengthColumn("B", "B", "ISO 230-2  B", "reversal"),
 )
 READING_COLUMNS = (
-    LengthColumn(key="rms", head="RMS", words="RMS of all readings", value_mm=lambda figures: figures.rms),
-    LengthColumn(key="pp", head="p‑p", words="peak to peak", value_mm=lambda figures: figures.peak_to_peak),
+    LengthColumn("rms", "RMS", "RMS of all readings", "rms"),
+    LengthColumn("pp", "p‑p", "peak to peak", "peak_to_peak"),
 )
 LENGTH_COLUMNS = THESIS_COLUMNS + ISO_COLUMNS + READING_COLUMNS
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CountColumn:
+class CountColumn(NamedTuple):
     """A number of events of each row."""
 
     key: str
     head: str
     words: str
-    value: Callable[[StudyRow], int]
     mark: Mark
     """Of a number other than zero."""
+    value: Callable[[StudyRow], int]
 
 
 COUNT_COLUMNS = (
     CountColumn(
-        key="corrections_inserted",
-        head="inserted",
-        words="corrections inserted",
-        value=lambda row: row.run.insertions.inserted,
-        mark=Mark.NONE,
+        "corrections_inserted", "inserted", "corrections inserted", Mark.NONE, lambda row: row.run.insertions.inserted
     ),
     CountColumn(
-        key="corrections_pending",
-        head="pending",
-        words="corrections pending",
-        value=lambda row: abs(row.run.pending_steps),
-        mark=Mark.MIND,
+        "corrections_pending", "pending", "corrections pending", Mark.MIND, lambda row: abs(row.run.pending_steps)
     ),
     CountColumn(
-        key="illegal_transitions",
-        head="illegal",
-        words="illegal transitions",
-        value=lambda row: row.run.received.illegal_transitions,
-        mark=Mark.ALARM,
+        "illegal_transitions", "illegal", "illegal transitions", Mark.ALARM,
+        lambda row: row.run.received.illegal_transitions,
     ),
+    CountColumn("refused", "refused", "messages refused", Mark.MIND, lambda row: row.run.refused),
     CountColumn(
-        key="refused", head="refused", words="messages refused", value=lambda row: row.run.refused, mark=Mark.MIND
+        "refused_too_fast", "gated", "put off by the gate", Mark.NONE, lambda row: row.run.insertions.refused
     ),
-    CountColumn(
-        key="refused_too_fast",
-        head="gated",
-        words="put off by the gate",
-        value=lambda row: row.run.insertions.refused,
-        mark=Mark.NONE,
-    ),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -238,37 +197,34 @@ def _length(value_mm: float, scale: Scale) -> str:
 
 def rows_csv(result: StudyResult, scale: Scale) -> str:
     """Return the main table as CSV, lengths with all their digits in the study's unit."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
     lengths = [f"{column.key}_{scale.unit}" for column in LENGTH_COLUMNS]
     counts = [column.key for column in COUNT_COLUMNS]
-    writer.writerow(["name", *lengths, *counts, "beyond_word_steps", "audit", "audit_counts", "ending"])
-    for row in result.rows:
-        values = (column.of(row) for column in LENGTH_COLUMNS)
-        writer.writerow(
-            [
-                row.name,
-                *("" if value is None or not math.isfinite(value) else repr(float(value * scale.per_mm))
-                  for value in values),
-                *(column.value(row) for column in COUNT_COLUMNS),
-                row.run.beyond_word_steps,
-                "true" if row.run.audit else "false",
-                row.run.audit_counts,
-                row.run.ending.name,
-            ]
-        )  # fmt: skip
-    return file.getvalue()
+    head = ["name", *lengths, *counts, "beyond_word_steps", "audit", "audit_counts", "ending"]
+    rows = (
+        (
+            row.name,
+            *(_exact(column.of(row), scale) for column in LENGTH_COLUMNS),
+            *(column.value(row) for column in COUNT_COLUMNS),
+            row.run.beyond_word_steps,
+            "true" if row.run.audit else "false",
+            row.run.audit_counts,
+            row.run.ending.name,
+        )
+        for row in result.rows
+    )
+    return csv_text([head, *rows])
+
+
+def _exact(value_mm: float | None, scale: Scale) -> str:
+    return "" if value_mm is None or not math.isfinite(value_mm) else repr(float(value_mm * scale.per_mm))
 
 
 def curves_csv(result: StudyResult, scale: Scale) -> str:
     """Return the errors in motion as CSV, a row a design and feed; empty fields where nothing was measured."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
     names = ("forward_pp", "reverse_pp", "forward_rms", "reverse_rms")
-    writer.writerow(["name", "feed_mm_s", *(f"{name}_{scale.unit}" for name in names)])
+    rows: list[list[str]] = [["name", "feed_mm_s", *(f"{name}_{scale.unit}" for name in names)]]
     for curve in result.feed_curves:
-        columns = (curve.forward_pp_mm, curve.reverse_pp_mm, curve.forward_rms_mm, curve.reverse_rms_mm)
+        columns = (getattr(curve, f"{name}_mm") for name in names)
         for feed, *values in zip(curve.feed_mm_s, *columns, strict=True):
-            texts = [repr(float(value * scale.per_mm)) if math.isfinite(value) else "" for value in values]
-            writer.writerow([curve.name, repr(float(feed)), *texts])
-    return file.getvalue()
+            rows.append([curve.name, repr(float(feed)), *(_exact(value, scale) for value in values)])
+    return csv_text(rows)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
+from rtec.readable import hertz_text
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -26,8 +28,10 @@ def show(rows: Sequence[EnvelopeRow]) -> None:
             row.processor,
             row.design.value,
             row.speeds.at_top.value,
-            hertz(row.speeds.frequencies.max_inserting_hz),
-            hertz(row.max_safe_hz),
+            *(
+                hertz_text(value, 4) if value else "none"
+                for value in (row.speeds.frequencies.max_inserting_hz, row.max_safe_hz)
+            ),
             row.limited_by.value,
         )
     console = Console(highlight=False)
@@ -63,17 +67,3 @@ def _meaning(rows: Sequence[EnvelopeRow]) -> str:
         "Acceleration: of starts from rest at any moment of an insertion; from steady motion: what insertions that "
         f"the speed gate lets through bear. The limits found were swept over a reading {swept}."
     )
-
-
-def hertz(value: float) -> str:
-    """Return a frequency with four digits and its unit.
-
-    Examples
-    --------
-    >>> hertz(26909.3), hertz(1107128.0), hertz(0.0)
-    ('26.91 kHz', '1.107 MHz', 'none')
-    """
-    for factor, unit in ((1e6, "MHz"), (1e3, "kHz"), (1.0, "Hz")):
-        if value >= factor:
-            return f"{value / factor:.4g} {unit}"
-    return "none"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,8 +35,12 @@ _WIDTH_INCH, _LETTER_INCH = 8.4, 0.078
 """Of the axes, and of a letter in a band: numbers stand only where they have room."""
 _MOST_TICK_DIGITS = 10**4
 
-_Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
+Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
 """Times of changes, and the values from the start and from each change on: one value more than times."""
+Rows = dict[str, Steps]
+Groups = dict[str, Rows]
+_NUMBERS = ("state", "count", "requested", "completed")
+"""Rows that are no levels."""
 
 
 def waveform(
@@ -89,20 +94,61 @@ def waveform(
     start_ps, stop_ps = window_ps
     if start_ps >= stop_ps:
         raise ArgumentError("window_ps", f"{start_ps} to {stop_ps} ps", "an end after the begin")
-    view = _View(start_ps, stop_ps)
-    groups = [("encoder", _side(encoder, "")), ("controller", _side(controller, "′")), ("steps", [
-        ("requested", _of_totals(requested)), ("completed", _of_totals(completed)),
-    ])]  # fmt: skip
-    height = sum(len(rows) for _, rows in groups) + _GROUP_APART * (len(groups) - 1)
+    view = View(start_ps, stop_ps)
+    groups: Groups = {
+        "encoder": side_rows(encoder, ""),
+        "controller": side_rows(controller, "′"),
+        "steps": {"requested": _of_totals(requested), "completed": _of_totals(completed)},
+    }
+    height = height_of(groups)
     figure = new_figure(_ROW_INCH * height + _FRAME_INCH)
     axes = figure.add_subplot()
-    top, bands = height, {}
-    for group, rows in groups:
+    low, high = draw_groups(axes, view, groups)["controller"]
+    axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
+    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=start_ps):
+        shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
+    for index, (t_ps, word) in enumerate(marks):
+        _mark(axes, view, t_ps, word, index)
+    axes.set_xlabel(view.label)
+    axes.set_title(title, fontweight="bold", pad=8)
+    return figure
+
+
+def height_of(groups: Groups) -> float:
+    """Return the height of all rows of groups, and of what is between the groups."""
+    return sum(len(rows) for rows in groups.values()) + _GROUP_APART * (len(groups) - 1)
+
+
+def draw_groups(
+    axes: Axes, view: View, groups: Groups, *, colours: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, tuple[float, float]]:
+    """Draw groups of rows below each other, lines as levels and all else as numbers, with the names at the left.
+
+    Parameters
+    ----------
+    axes
+        To draw in.
+    view
+        The stretch of time.
+    groups
+        Rows by name, by the name of their group.
+    colours
+        Of the lines of a group that have one of their own.
+
+    Returns
+    -------
+    dict
+        Lower and upper end of each group.
+    """
+    top, bands = height_of(groups), {}
+    for group, rows in groups.items():
         begin = top
-        for name, steps in rows:
+        for name, steps in rows.items():
             top -= 1.0
-            draw = _draw_line if name[0] in "AB" else _draw_numbers
-            draw(axes, view, steps, top)
+            if name in _NUMBERS:
+                _draw_numbers(axes, view, steps, top)
+            else:
+                _draw_line(axes, view, steps, top, colours.get(group, INK))
             axes.annotate(name, (0.0, top + HIGH / 2), (-8, 0), xycoords=("axes fraction", "data"),
                           textcoords="offset points", ha="right", va="center")  # fmt: skip
         bands[group] = (top, begin)
@@ -110,31 +156,23 @@ def waveform(
                       textcoords="offset points", ha="center", va="center", rotation=90, fontsize=_FONT,
                       fontweight="bold")  # fmt: skip
         top -= _GROUP_APART
-    low, high = bands["controller"]
-    axes.set_xlim(view.x(start_ps), view.x(stop_ps))
-    axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
-    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=start_ps):
-        _shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
-    for index, (t_ps, word) in enumerate(marks):
-        _mark(axes, view, t_ps, word, index)
+    axes.set_xlim(view.x(view.start_ps), view.x(view.stop_ps))
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel(view.label)
-    axes.set_title(title, fontweight="bold", pad=8)
-    return figure
+    return bands
 
 
-class _View:
-    """The window, its unit of time, and where time counts from."""
+class View:
+    """The window, its unit of time, and where time counts from; from ``zero_ps`` on, it counts in µs."""
 
-    def __init__(self, start_ps: int, stop_ps: int) -> None:
+    def __init__(self, start_ps: int, stop_ps: int, zero_ps: int | None = None) -> None:
         self.start_ps, self.stop_ps = start_ps, stop_ps
         width_ps = stop_ps - start_ps
-        unit, self._unit_ps = next((unit, size) for unit, size in PS_PER.items() if width_ps >= size)
-        self._zero_ps = 0
+        unit = next(unit for unit, size in PS_PER.items() if width_ps >= size) if zero_ps is None else "us"
+        self._zero_ps, self._unit_ps = zero_ps or 0, PS_PER[unit]
         self.label = f"time ({symbol(unit)})"
-        if stop_ps > _MOST_TICK_DIGITS * width_ps:  # ticks would differ in their last digits only
+        if zero_ps is None and stop_ps > _MOST_TICK_DIGITS * width_ps:  # ticks would differ in their last digits only
             self._zero_ps = start_ps // self._unit_ps * self._unit_ps
             seconds = f"{self._zero_ps // PS_PER_S}.{self._zero_ps % PS_PER_S:012d}".rstrip("0")
             self.label = f"time from {seconds} s on ({symbol(unit)})"
@@ -143,7 +181,7 @@ class _View:
         """Return the place of a time on the axis."""
         return (t_ps - self._zero_ps) / self._unit_ps
 
-    def stretches(self, steps: _Steps) -> list[tuple[int, int, int]]:
+    def stretches(self, steps: Steps) -> list[tuple[int, int, int]]:
         """Return begin, end and value of each stretch in the window."""
         times_ps, values = steps
         first = int(np.searchsorted(times_ps, self.start_ps, side="right"))
@@ -157,27 +195,27 @@ class _View:
         return (end_ps - begin_ps) / (self.stop_ps - self.start_ps) * _WIDTH_INCH / _LETTER_INCH
 
 
-def _side(stream: EdgeStream, prime: str) -> list[tuple[str, _Steps]]:
-    """Return the rows of one side of the box."""
+def side_rows(stream: EdgeStream, prime: str) -> Rows:
+    """Return the rows of one side of the box: levels, state 1 to 4, and count."""
     levels = np.concatenate([[stream.initial], stream.levels]).astype(np.int64)
     states = states_of_levels(levels).astype(np.int64) + 1
-    rows = (("A", levels & 1), ("B", levels >> 1), ("state", states), ("count", counts_along(stream)))
-    return [(name + prime if name in "AB" else name, (stream.times_ps, values)) for name, values in rows]
+    rows = {"A" + prime: levels & 1, "B" + prime: levels >> 1, "state": states, "count": counts_along(stream)}
+    return {name: (stream.times_ps, values) for name, values in rows.items()}
 
 
-def _of_totals(totals: Totals) -> _Steps:
+def _of_totals(totals: Totals) -> Steps:
     return totals.times_ps, np.concatenate([[0], totals.totals])
 
 
-def _draw_line(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
+def _draw_line(axes: Axes, view: View, steps: Steps, base: float, colour: str) -> None:
     """Draw a level over time."""
     stretches = view.stretches(steps)
     x = [view.x(begin) for begin, _, _ in stretches] + [view.x(view.stop_ps)]
     y = [base + HIGH * level for _, _, level in stretches]
-    axes.plot(x, [*y, y[-1]], drawstyle="steps-post", color=INK, linewidth=1.3, solid_joinstyle="miter")
+    axes.plot(x, [*y, y[-1]], drawstyle="steps-post", color=colour, linewidth=1.3, solid_joinstyle="miter")
 
 
-def _draw_numbers(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
+def _draw_numbers(axes: Axes, view: View, steps: Steps, base: float) -> None:
     """Draw a band that is cut where the number changes, with the numbers that have room."""
     stretches = view.stretches(steps)
     left, right = view.x(view.start_ps), view.x(view.stop_ps)
@@ -191,7 +229,7 @@ def _draw_numbers(axes: Axes, view: _View, steps: _Steps, base: float) -> None:
                       fontsize=_FONT)  # fmt: skip
 
 
-def _shade(axes: Axes, view: _View, begin_ps: int, end_ps: int, low: float, high: float) -> None:
+def shade(axes: Axes, view: View, begin_ps: int, end_ps: int, low: float, high: float) -> None:
     """Colour an insertion, from its first change to its last."""
     if end_ps < view.start_ps or begin_ps > view.stop_ps:
         return
@@ -200,7 +238,7 @@ def _shade(axes: Axes, view: _View, begin_ps: int, end_ps: int, low: float, high
     axes.fill_between(span, low, high, color=ALARM, alpha=_SHADE, linewidth=0, zorder=3)
 
 
-def _mark(axes: Axes, view: _View, t_ps: int, word: str, index: int) -> None:
+def _mark(axes: Axes, view: View, t_ps: int, word: str, index: int) -> None:
     """Point at a moment; each has a line of its own for its word."""
     if view.start_ps <= t_ps <= view.stop_ps:
         in_right_half = 2 * t_ps > view.start_ps + view.stop_ps

@@ -22,7 +22,7 @@ from rtec.board import MICROCONTROLLERS
 from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow, find_envelope
 from rtec.cli import main as rtec
 from rtec.injector import Design
-from rtec.report.terminal_envelope import hertz
+from rtec.readable import hertz_text
 
 HEADINGS = (
     "processor",
@@ -36,6 +36,10 @@ HEADINGS = (
     "from steady motion",
 )
 WITHOUT_PROCESSOR = (["original"], ["a"], ["b"], ["c"], ["c", "--real-edges", "merge"])
+
+
+def hertz(value: float) -> str:
+    return hertz_text(value, 4) if value else "none"
 
 
 def cells(row: EnvelopeRow) -> list[str]:

@@ -5,129 +5,76 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtec.readable import MISSING
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FigureName:
-    """How a table calls a figure.
-
-    Parameters
-    ----------
-    key
-        In the document of a test; those of the single directions end in ``_forward`` and ``_backward``.
-    symbol
-        As standards write it, or nothing.
-    words
-        In the field's words.
-    definition
-        One sentence.
-    """
+class FigureName(NamedTuple):
+    """How a table calls a figure."""
 
     key: str
+    """In the document of a test; those of the single directions end in ``_forward`` and ``_backward``."""
     symbol: str
+    """As standards write it, or nothing."""
     words: str
+    """In the field's words."""
     definition: str
+    """One sentence."""
 
 
 ISO_FIGURES = (
+    FigureName("A", "A", "accuracy", "Largest mean + 2s less smallest mean - 2s, over all targets."),
     FigureName(
-        key="A",
-        symbol="A",
-        words="accuracy",
-        definition="Largest mean + 2s less smallest mean - 2s, over all targets.",
+        "R", "R", "repeatability",
+        "Largest, over the targets, of 4s of a direction and of 2s forward + 2s backward + |reversal|.",
+    ),
+    FigureName("E", "E", "systematic error", "Largest mean less smallest mean."),
+    FigureName("M", "M", "mean bidirectional error", "Largest less smallest average of both directions' means."),
+    FigureName(
+        "B", "B", "reversal error",
+        "Largest difference, of either sign, of the means forward and backward at one target.",
     ),
     FigureName(
-        key="R",
-        symbol="R",
-        words="repeatability",
-        definition="Largest, over the targets, of 4s of a direction and of 2s forward + 2s backward + |reversal|.",
+        "B_mean", "B̄", "mean reversal error",
+        "Mean over the targets of the mean forward less the mean backward, with its sign.",
     ),
-    FigureName(key="E", symbol="E", words="systematic error", definition="Largest mean less smallest mean."),
-    FigureName(
-        key="M",
-        symbol="M",
-        words="mean bidirectional error",
-        definition="Largest less smallest average of both directions' means.",
-    ),
-    FigureName(
-        key="B",
-        symbol="B",
-        words="reversal error",
-        definition="Largest difference, of either sign, of the means forward and backward at one target.",
-    ),
-    FigureName(
-        key="B_mean",
-        symbol="B̄",
-        words="mean reversal error",
-        definition="Mean over the targets of the mean forward less the mean backward, with its sign.",
-    ),
-)
+)  # fmt: skip
 """Figures of ISO 230-2:2014, clause 3."""
 VDI_FIGURES = (
     FigureName(
-        key="P",
-        symbol="P",
-        words="positional uncertainty",
-        definition="Positionsunsicherheit: largest mean + (U + Ps) / 2 less smallest mean - (U + Ps) / 2, both ways.",
+        "P", "P", "positional uncertainty",
+        "Positionsunsicherheit: largest mean + (U + Ps) / 2 less smallest mean - (U + Ps) / 2, both ways.",
     ),
     FigureName(
-        key="Pa",
-        symbol="Pa",
-        words="positional deviation",
-        definition="Positionsabweichung: largest less smallest mean of both directions.",
+        "Pa", "Pa", "positional deviation", "Positionsabweichung: largest less smallest mean of both directions."
     ),
     FigureName(
-        key="U_max",
-        symbol="Umax",
-        words="largest reversal",
-        definition="Umkehrspanne: U is the size of the difference of both directions' means at a target.",
+        "U_max", "Umax", "largest reversal",
+        "Umkehrspanne: U is the size of the difference of both directions' means at a target.",
     ),
-    FigureName(key="U_mean", symbol="Ū", words="mean reversal", definition="Mean of U over the targets."),
+    FigureName("U_mean", "Ū", "mean reversal", "Mean of U over the targets."),
     FigureName(
-        key="Ps_max",
-        symbol="Psmax",
-        words="largest scatter, 6s",
-        definition="Positionsstreubreite: Ps is six times the mean of both directions' s at a target.",
+        "Ps_max", "Psmax", "largest scatter, 6s",
+        "Positionsstreubreite: Ps is six times the mean of both directions' s at a target.",
     ),
-    FigureName(key="Ps_mean", symbol="P̄s", words="mean scatter, 6s", definition="Mean of Ps over the targets."),
-)
+    FigureName("Ps_mean", "P̄s", "mean scatter, 6s", "Mean of Ps over the targets."),
+)  # fmt: skip
 """Figures of VDI/DGQ 3441."""
 READING_FIGURES = (
+    FigureName("max_average_error", "", "maximum average error", "The same as E."),
+    FigureName("max_reversal_error", "", "maximum reversal error", "The same as B."),
     FigureName(
-        key="max_average_error",
-        symbol="",
-        words="maximum average error",
-        definition="The same as E.",
+        "max_repeat", "", "maximum repeat",
+        "Largest less smallest of all readings at one target, both directions, where that is largest.",
     ),
     FigureName(
-        key="max_reversal_error",
-        symbol="",
-        words="maximum reversal error",
-        definition="The same as B.",
+        "cyclic_pp", "", "cyclic, peak to peak",
+        "Of what repeats with the period: fitted to the means together with a slow trend.",
     ),
-    FigureName(
-        key="max_repeat",
-        symbol="",
-        words="maximum repeat",
-        definition="Largest less smallest of all readings at one target, both directions, where that is largest.",
-    ),
-    FigureName(
-        key="cyclic_pp",
-        symbol="",
-        words="cyclic, peak to peak",
-        definition="Of what repeats with the period: fitted to the means together with a slow trend.",
-    ),
-    FigureName(
-        key="rms",
-        symbol="rms",
-        words="root mean square",
-        definition="Of all readings, about zero.",
-    ),
-    FigureName(key="pp", symbol="pp", words="peak to peak", definition="Largest less smallest reading."),
-)
+    FigureName("rms", "rms", "root mean square", "Of all readings, about zero."),
+    FigureName("pp", "pp", "peak to peak", "Largest less smallest reading."),
+)  # fmt: skip
 """Figures of the thesis and of the bare readings."""
 _GROUPS = (("ISO 230-2", ISO_FIGURES), ("VDI/DGQ 3441", VDI_FIGURES), ("thesis and all readings", READING_FIGURES))
 DIRECTIONS = {"": "", "_forward": "↑", "_backward": "↓"}

@@ -114,8 +114,9 @@ def test_a_letter_names_an_axis_but_no_number(tmp_path):
 
 
 def test_a_comparison_of_several_axes_has_a_picture(tmp_path):
-    from rtec.report.figures_training import write_training_figure
+    from rtec.report.figures_style import write_figure
+    from rtec.report.figures_training import training_figure
 
     result = compare_predictors(load_dataset(written(tmp_path)), methods=of(NAMES[:-1]))
-    write_training_figure(tmp_path / "grid.png", result)
+    write_figure(lambda: training_figure(result), tmp_path / "grid.png")
     assert (tmp_path / "grid.png").stat().st_size > 10_000
