@@ -26,7 +26,7 @@ class Latched:
         """Return levels at the controller, completed steps, and when to be called again (0: at the next input)."""
         self.see(t_ps, ab)
         if t_ps == 0:
-            self.held = ab
+            self.power_up(ab)
         elif t_ps >= self.free_ps:
             if self.sign != 0:
                 self.go_on(t_ps, ab, requested)
@@ -38,6 +38,10 @@ class Latched:
 
     def see(self, t_ps, ab):
         """Look at the encoder's levels."""
+
+    def power_up(self, ab):
+        """Come up with the latch open."""
+        self.held = ab
 
     def let_through(self, t_ps, ab):
         """Let an edge through the latch."""
@@ -55,13 +59,21 @@ class Latched:
         self.go_on(t_ps, ab, requested)
 
     def go_on(self, t_ps, ab, requested):
+        """Go on with a step."""
+        self.change_once(t_ps, ab, requested)
+
+    def change_once(self, t_ps, ab, requested):
         """Make the next change, and book the step with the last one."""
         self.change(ab)
         self.done += 1
         self.free_ps = t_ps + self.GAP_PS
         if self.done == self.CHANGES:
-            self.completed += self.sign
+            self.book(ab, requested)
             self.sign = 0
+
+    def book(self, ab, requested):
+        """Count a step as completed."""
+        self.completed += self.sign
 
     def change(self, ab):
         """Make one change at the gates."""
@@ -95,8 +107,11 @@ class Original(Latched):
 
     def may_begin(self, t_ps, requested):
         """Say whether a step may begin: in state 00, after a long interval or in one."""
-        slow = self.apart_ps >= self.SLOW_PS or t_ps - self.edge_ps >= self.SLOW_PS
-        return requested != self.completed and self.held == 0 and slow
+        return requested != self.completed and self.held == 0 and self.is_slow(t_ps)
+
+    def is_slow(self, t_ps):
+        """Say whether the axis is slow."""
+        return self.apart_ps >= self.SLOW_PS or t_ps - self.edge_ps >= self.SLOW_PS
 
     def change(self, ab):
         """Begin or end a pulse: A first for more counts, B first for fewer."""

@@ -37,8 +37,7 @@ class OriginalOneLine(Original):
 
     def may_begin(self, t_ps, requested):
         """Say whether a step may begin."""
-        slow = self.apart_ps >= self.SLOW_PS or t_ps - self.edge_ps >= self.SLOW_PS
-        return requested != self.completed and self.held & 1 == 0 and slow
+        return requested != self.completed and self.held & 1 == 0 and self.is_slow(t_ps)
 
 
 class OriginalWithdrawn(Original):
@@ -50,27 +49,17 @@ class OriginalWithdrawn(Original):
             self.pulses = 0
             self.sign = 0
             self.free_ps = t_ps + self.GAP_PS
-            return
-        self.change(ab)
-        self.done += 1
-        self.free_ps = t_ps + self.GAP_PS
-        if self.done == self.CHANGES:
-            self.completed += self.sign
-            self.sign = 0
+        else:
+            self.change_once(t_ps, ab, requested)
 
 
 class OriginalRecovery(Original):
     """The latch opens with the end of the last pulse, without the time to recover."""
 
-    def go_on(self, t_ps, ab, requested):
-        """Make the next change."""
-        self.change(ab)
-        self.done += 1
-        self.free_ps = t_ps + self.GAP_PS
-        if self.done == self.CHANGES:
-            self.completed += self.sign
-            self.sign = 0
-            self.held = ab
+    def book(self, ab, requested):
+        """Count a step as completed."""
+        self.completed += self.sign
+        self.held = ab
 
 
 class ARawPins(A):
@@ -88,12 +77,7 @@ class ALateDirection(A):
         """Make the next change."""
         if self.done == 1 and requested != self.completed:
             self.sign = 1 if requested > self.completed else -1
-        self.change(ab)
-        self.done += 1
-        self.free_ps = t_ps + self.GAP_PS
-        if self.done == self.CHANGES:
-            self.completed += self.sign
-            self.sign = 0
+        self.change_once(t_ps, ab, requested)
 
 
 class AEarlyRelease(A):
@@ -126,12 +110,9 @@ class ATooSlow(A):
 class BBooksRequest(B):
     """It books what is asked for now, not what it has inserted."""
 
-    def go_on(self, t_ps, ab, requested):
-        """Make the change, and book the step."""
-        self.change(ab)
-        self.free_ps = t_ps + self.GAP_PS
+    def book(self, ab, requested):
+        """Count a step as completed."""
         self.completed = requested
-        self.sign = 0
 
 
 class BTooSoon(B):
@@ -227,42 +208,24 @@ class COrder(C):
 class CPowerUp(C):
     """The latch comes up open only in state 00: elsewhere it shows 00 until the first edge."""
 
-    def step(self, t_ps, ab, requested):
-        """Return levels at the controller, completed steps, and when to be called again."""
-        self.see(t_ps, ab)
-        if t_ps >= self.free_ps and t_ps > 0:
-            if self.sign != 0:
-                self.go_on(t_ps, ab, requested)
-            elif ab != self.held:
-                self.let_through(t_ps, ab)
-            elif self.may_begin(t_ps, requested):
-                self.begin(t_ps, ab, requested)
-        return self.gates(ab), self.completed, self.wake(t_ps, requested)
+    def power_up(self, ab):
+        """Come up with the latch in state 00."""
 
 
 class CTakesBack(C):
     """A step whose request is withdrawn halfway is taken back, and booked all the same."""
 
     def go_on(self, t_ps, ab, requested):
-        """Make the next change, and book the step with the last one."""
-        self.change(ab)
-        if self.done == 1 and requested == self.completed:
+        """Go on with a step."""
+        withdrawn = self.done == 1 and requested == self.completed
+        self.change_once(t_ps, ab, requested)
+        if withdrawn:
             self.inverted = 0
-        self.done += 1
-        self.free_ps = t_ps + self.GAP_PS
-        if self.done == self.CHANGES:
-            self.completed += self.sign
-            self.sign = 0
 
 
 class CBooksLate(C):
     """The sign of what it books is that of the request at the end of the step."""
 
-    def go_on(self, t_ps, ab, requested):
-        """Make the next change, and book the step with the last one."""
-        self.change(ab)
-        self.done += 1
-        self.free_ps = t_ps + self.GAP_PS
-        if self.done == self.CHANGES:
-            self.completed += 1 if requested >= self.completed else -1
-            self.sign = 0
+    def book(self, ab, requested):
+        """Count a step as completed."""
+        self.completed += 1 if requested >= self.completed else -1

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
-from rtec.report import (
-    figures_cyclic,
-    figures_feed,
-    figures_hold,
-    figures_positioning,
-    figures_residual,
-    figures_summary,
-    figures_waveform,
-)
 from rtec.report.appearance import Scale, joined, look_of
+from rtec.report.figures_cyclic import cyclic_figure
+from rtec.report.figures_feed import feed_figure
+from rtec.report.figures_hold import hold_figure
+from rtec.report.figures_positioning import positioning_figure
+from rtec.report.figures_residual import residual_figure
 from rtec.report.figures_style import figure_style, rendered
+from rtec.report.figures_summary import summary_figure
+from rtec.report.figures_waveform import waveform_figure
 from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
@@ -45,29 +44,35 @@ class Illustration:
     png: bytes
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Plate:
+class Plate(NamedTuple):
+    """A figure to be drawn, with its words as in `Illustration`."""
+
     name: str
     title: str
-    caption: Callable[[StudyResult, Scale], str]
-    draw: Callable[[StudyResult, Scale], Figure | None]
+    caption: str
+    draw: Callable[[], Figure | None]
+    """None where there is nothing to show."""
+
+
+def drawn(plates: Iterable[Plate]) -> list[Illustration]:
+    """Draw the figures for which there is something to show."""
+    found = []
+    with figure_style():
+        for plate in plates:
+            if (figure := plate.draw()) is not None:
+                svg, png = rendered(figure)
+                found.append(
+                    Illustration(name=plate.name, title=plate.title, caption=plate.caption, svg=svg, png=png)
+                )
+    return found
 
 
 def illustrations(result: StudyResult, scale: Scale) -> list[Illustration]:
     """Draw the figures for which the study has results."""
-    drawn = []
-    with figure_style():
-        for plate in _PLATES:
-            figure = plate.draw(result, scale)
-            if figure is not None:
-                drawn.append(illustration(figure, plate.name, plate.title, plate.caption(result, scale)))
-    return drawn
-
-
-def illustration(figure: Figure, name: str, title: str, caption: str) -> Illustration:
-    """Return a figure with its words, rendered."""
-    svg, png = rendered(figure)
-    return Illustration(name=name, title=title, caption=caption, svg=svg, png=png)
+    return drawn(
+        Plate(name, title, caption(result, scale), partial(draw, result, scale))
+        for name, title, caption, draw in _ALL
+    )
 
 
 def _summary(result: StudyResult, scale: Scale) -> str:
@@ -150,17 +155,14 @@ def _residual(result: StudyResult, scale: Scale) -> str:
     return text
 
 
-_PLATES = (
-    _Plate(name="summary", title="Before and after", caption=_summary, draw=figures_summary.summary_figure),
-    _Plate(
-        name="positioning",
-        title="Positioning error in both directions",
-        caption=_positioning,
-        draw=figures_positioning.positioning_figure,
-    ),
-    _Plate(name="cyclic", title="Cyclic error", caption=_cyclic, draw=figures_cyclic.cyclic_figure),
-    _Plate(name="residual", title="What is left", caption=_residual, draw=figures_residual.residual_figure),
-    _Plate(name="feed", title="Error in motion against feed", caption=_feed, draw=figures_feed.feed_figure),
-    _Plate(name="waveform", title="One insertion", caption=_waveform, draw=figures_waveform.waveform_figure),
-    _Plate(name="hold", title="Axis at rest that grows", caption=_hold, draw=figures_hold.hold_figure),
+_ALL: tuple[
+    tuple[str, str, Callable[[StudyResult, Scale], str], Callable[[StudyResult, Scale], Figure | None]], ...
+] = (
+    ("summary", "Before and after", _summary, summary_figure),
+    ("positioning", "Positioning error in both directions", _positioning, positioning_figure),
+    ("cyclic", "Cyclic error", _cyclic, cyclic_figure),
+    ("residual", "What is left", _residual, residual_figure),
+    ("feed", "Error in motion against feed", _feed, feed_figure),
+    ("waveform", "One insertion", _waveform, waveform_figure),
+    ("hold", "Axis at rest that grows", _hold, hold_figure),
 )

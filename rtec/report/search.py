@@ -9,8 +9,7 @@ from rtec.report.diagnosis import chapters, diagnosis_figures
 from rtec.report.diagnosis.quantities import Shown, shown_of
 from rtec.report.diagnosis.sentence import spoken
 from rtec.report.figures_rounds import rounds_figure
-from rtec.report.figures_style import figure_style
-from rtec.report.illustrations import Illustration, illustration
+from rtec.report.illustrations import Illustration, Plate, drawn
 from rtec.study.results import Learned, StudyResult
 
 PREFIX = "axis-"
@@ -33,10 +32,10 @@ def search_figures(learned: Learned) -> list[Illustration]:
         What the calibration showed.
     """
     found = diagnosis_figures(learned.diagnosis)
-    with figure_style():
-        figure = rounds_figure(learned, shown_of(learned.diagnosis.dataset.units))
-        if figure is not None:
-            found.insert(1, illustration(figure, "rounds", "What the second round showed", _ROUNDS))
+    shown = shown_of(learned.diagnosis.dataset.units)
+    found[1:1] = drawn(
+        [Plate("rounds", "What the second round showed", _ROUNDS, lambda: rounds_figure(learned, shown))]
+    )
     return [replace(figure, name=PREFIX + figure.name) for figure in found]
 
 

@@ -14,8 +14,7 @@ from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.sentence import comparison_sentence, spoken
 from rtec.report.diagnosis.several import change_rows, changes_sentence, heads_of, left_rows, several_document
-from rtec.report.figures_style import figure_style
-from rtec.report.illustrations import illustration
+from rtec.report.illustrations import Plate, drawn
 from rtec.report.page_folder import write_page_folder
 
 if TYPE_CHECKING:
@@ -94,8 +93,7 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
     Path
         The page that holds them together.
     """
-    with figure_style():
-        figure = illustration(several_figure(results), "several", "Several measurements", SEVERAL_CAPTION)
+    plate = Plate("several", "Several measurements", SEVERAL_CAPTION, lambda: several_figure(results))
     parts = {name: f"{number}-{Path(name).stem[:60]}" for number, name in enumerate(results, 1)}
 
     def write_parts(new: Path) -> None:
@@ -117,4 +115,6 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
         "changes": [(printable(name), change_rows(of_file)) for name, of_file in found.items()],
     }
     document = several_document(results, found)
-    return write_page_folder(folder, [figure], document, "diagnosis/several.html.j2", values, beside=write_parts)
+    return write_page_folder(
+        folder, drawn([plate]), document, "diagnosis/several.html.j2", values, beside=write_parts
+    )

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
 from rtec.dataset.dataset import Dataset
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, NoiseFloor
@@ -19,19 +15,7 @@ from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
-from rtec.report.figures_style import figure_style
-from rtec.report.illustrations import Illustration, illustration
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Plate:
-    name: str
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
+from rtec.report.illustrations import Illustration, Plate, drawn
 
 
 def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
@@ -51,43 +35,43 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     d = diagnosis
     held = heldout_words(d.heldout_by)
     measured, components, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
-    return _drawn(
+    return drawn(
         [
             measured,
-            _Plate(
-                name="staircase",
-                title="The staircase",
-                caption="What is left after each step, everything refitted each time: in training (line) and on "
+            Plate(
+                "staircase",
+                "The staircase",
+                "What is left after each step, everything refitted each time: in training (line) and on "
                 f"readings that took no part in the fit (diamonds; held out {held}). A step that helps in training "
                 "and not held out explains noise; such an effect is taken out again (cross). Below the band of the "
                 "noise floor there is nothing repeatable to explain.",
-                draw=lambda: staircase_figure(d),
+                lambda: staircase_figure(d),
             ),
             components,
-            _Plate(
-                name="candidates",
-                title="Candidates, ranked",
-                caption="Each effect of the library that these data can show. The upper bar runs from the RMS at "
+            Plate(
+                "candidates",
+                "Candidates, ranked",
+                "Each effect of the library that these data can show. The upper bar runs from the RMS at "
                 "which the effect was judged to the one that was promised without fitting the rest again, the lower "
                 "one to what was reached when it was added and everything refitted. The scale is logarithmic.",
-                draw=lambda: candidates_figure(d),
+                lambda: candidates_figure(d),
             ),
             residual,
             spectra,
-            _Plate(
-                name="cosines",
-                title="Which effects are collinear on this plan",
-                caption="The size of the cosine between what two effects contribute to these readings: 0 where "
+            Plate(
+                "cosines",
+                "Which effects are collinear on this plan",
+                "The size of the cosine between what two effects contribute to these readings: 0 where "
                 "they have nothing in common, 1 where no fit can tell them apart. Framed: above 0.95, which counts "
                 "as a tie; dotted where one effect is a special case of the other, so that the simpler one wins.",
-                draw=lambda: cosines_figure(d.cosines),
+                lambda: cosines_figure(d.cosines),
             ),
-            _Plate(
-                name="experiment",
-                title="The rivals in the suggested experiment",
-                caption="What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
+            Plate(
+                "experiment",
+                "The rivals in the suggested experiment",
+                "What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
                 "curves part.",
-                draw=lambda: experiment_figure(d.experiment, d.dataset),
+                lambda: experiment_figure(d.experiment, d.dataset),
             ),
         ]
     )
@@ -105,49 +89,49 @@ def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> lis
     noise
         Of a reading.
     """
-    return _drawn(_plates(dataset, None, model, noise, None))
+    return drawn(_plates(dataset, None, model, noise, None))
 
 
 def _plates(
     dataset: Dataset, before: Model | None, model: Model, noise: NoiseFloor, diagnosis: Diagnosis | None
-) -> list[_Plate]:
+) -> list[Plate]:
     """Return the plates that a diagnosis and a comparison share."""
     unknown = None if diagnosis is None else diagnosis.unknown
     moving = dataset.coordinates.moving and dataset.coordinates.time_s is not None
     return [
-        _Plate(
-            name="measured",
-            title="Measured and model",
-            caption=(_OVER_TIME if moving else _OVER_PLACE) + _noise_words(dataset, noise),
-            draw=lambda: measured_figure(dataset, model, noise),
+        Plate(
+            "measured",
+            "Measured and model",
+            (_OVER_TIME if moving else _OVER_PLACE) + _noise_words(dataset, noise),
+            lambda: measured_figure(dataset, model, noise),
         ),
-        _Plate(
-            name="components",
-            title="Each effect in the readings",
-            caption="Above, the readings less all other effects (pale; means of neighbours on top where they are "
+        Plate(
+            "components",
+            "Each effect in the readings",
+            "Above, the readings less all other effects (pale; means of neighbours on top where they are "
             "many) and the model (black), over what the effect depends on: a wave over its period, what a "
             "reversal does as a loop, friction against speed. Below, what is left of the readings, on a scale of "
             "its own." + _largest(dataset, model) + _noise_words(dataset, noise),
-            draw=lambda: components_figure(dataset, model, noise),
+            lambda: components_figure(dataset, model, noise),
         ),
-        _Plate(
-            name="residual",
-            title="What is left, and what it depends on",
-            caption="Measured less model against each column of the data. The lines are means of neighbours, their "
+        Plate(
+            "residual",
+            "What is left, and what it depends on",
+            "Measured less model against each column of the data. The lines are means of neighbours, their "
             "bands two standard errors as if readings were independent of each other; where a band leaves zero again "
             "and again, something that depends on that column is left."
             + _thinned(dataset)
             + _noise_words(dataset, noise),
-            draw=lambda: residual_panels(dataset, model, noise, unknown),
+            lambda: residual_panels(dataset, model, noise, unknown),
         ),
-        _Plate(
-            name="spectra",
-            title="Spectra of what is left",
-            caption="Amplitude of the best-fitting wave at each frequency. Noise alone, as correlated from reading "
+        Plate(
+            "spectra",
+            "Spectra of what is left",
+            "Amplitude of the best-fitting wave at each frequency. Noise alone, as correlated from reading "
             "to reading as the repeats are, passes the red line anywhere in a panel with a probability of 0.01 only. "
             "Filled marks stand at the lines of the model, hollow ones where targets that stand at regular distances "
             "show the same line again: beyond half a cycle per target nothing can be told from its mirror image.",
-            draw=lambda: spectra_figure(dataset, before, model, noise),
+            lambda: spectra_figure(dataset, before, model, noise),
         ),
     ]
 
@@ -180,13 +164,3 @@ def _noise_words(dataset: Dataset, noise: NoiseFloor) -> str:
     source = "from repeats" if noise.from_repeats else "of what is left, for nothing was repeated"
     sigma = f"{shown.with_unit(noise.sigma)}, {source}"
     return f" The pale band is two standard deviations of a reading ({sigma}) wide to either side."
-
-
-def _drawn(plates: list[_Plate]) -> list[Illustration]:
-    drawn = []
-    with figure_style():
-        for plate in plates:
-            figure = plate.draw()
-            if figure is not None:
-                drawn.append(illustration(figure, plate.name, plate.title, plate.caption))
-    return drawn

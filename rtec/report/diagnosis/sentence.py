@@ -162,24 +162,20 @@ def _quantity(diagnosis: Diagnosis) -> str:
     return f"the {printable(diagnosis.dataset.observe).replace('_', ' ')}"
 
 
-def _named(diagnosis: Diagnosis, shown: Shown) -> str:
+def _explained(diagnosis: Diagnosis, shown: Shown, sure: str, tail: str) -> str:
     names = explanation_names(diagnosis) or ["the datum alone"]
     verb = "explains" if len(names) == 1 else "explain"
-    text = (
-        f"{joined(names)} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}; "
-        f"{floor_words(diagnosis.noise, shown)}."
-    )
+    text = f"{joined(names)}{sure} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}{tail}."
     return text[:1].upper() + text[1:]
+
+
+def _named(diagnosis: Diagnosis, shown: Shown) -> str:
+    return _explained(diagnosis, shown, "", f"; {floor_words(diagnosis.noise, shown)}")
 
 
 def _likely(diagnosis: Diagnosis, shown: Shown) -> str:
-    names = explanation_names(diagnosis) or ["the datum alone"]
-    verb = "explains" if len(names) == 1 else "explain"
-    text = (
-        f"{joined(names)} most likely {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}. "
-        "Nothing was repeated, so no noise floor says whether that is all."
-    )
-    return text[:1].upper() + text[1:]
+    tail = ". Nothing was repeated, so no noise floor says whether that is all"
+    return _explained(diagnosis, shown, " most likely", tail)
 
 
 def _tied(diagnosis: Diagnosis, shown: Shown) -> str:

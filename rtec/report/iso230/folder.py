@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rtec.io import write_bytes
-from rtec.report.figures_style import figure_style, new_figure
-from rtec.report.illustrations import illustration
+from rtec.report.figures_style import new_figure
+from rtec.report.illustrations import Plate, drawn
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.pdf import sheet_pdf
 from rtec.report.iso230.sheet import Sheet
 from rtec.report.page_folder import write_page_folder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _PANEL_INCH, _AROUND_INCH = 3.5, 0.7
 PDF = "report.pdf"
@@ -31,14 +35,16 @@ def write_positioning(sheet: Sheet, folder: Path) -> Path:
     Path
         The page, ``report.html``; beside it are ``report.pdf``, ``result.json`` and ``figures``.
     """
-    with figure_style():
-        drawn = new_figure(_AROUND_INCH + _PANEL_INCH * len(sheet.tests))
-        draw_tests(drawn, sheet.tests, sheet.units, sheet.table.decimals)
-        figure = illustration(drawn, "positioning", "Deviation at each target", sheet.caption)
+
+    def plot() -> Figure:
+        figure = new_figure(_AROUND_INCH + _PANEL_INCH * len(sheet.tests))
+        draw_tests(figure, sheet.tests, sheet.units, sheet.table.decimals)
+        return figure
+
     pdf = sheet_pdf(sheet)
     return write_page_folder(
         folder,
-        [figure],
+        drawn([Plate("positioning", "Deviation at each target", sheet.caption, plot)]),
         sheet.document,
         "iso230/page.html.j2",
         {"title": sheet.title, "definitions": sheet.definitions, "sheet": sheet},
