@@ -6,17 +6,15 @@ from rtec.blind.drawn_plans import drawn_log, drawn_plan
 from rtec.blind.game import again, play
 from rtec.blind.guess import Points, guessed, points_of, read_answer, total_of
 from rtec.blind.harder_lines import the_pools
-from rtec.blind.hidden import Hidden, Parameter
+from rtec.blind.hidden import Hidden, Parameter, Secret
 from rtec.blind.kept_answers import KeptAnswer, answers_path, keep, read_answers
 from rtec.blind.line import Line
 from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.plan import PLANS, Plan, plan_named
 from rtec.blind.scenario import CONFOUNDED, INSIDE, OF_DRIVE, OUTSIDE, Scenario, scenario_of
-from rtec.blind.scored import Game, LineScore
+from rtec.blind.scored import Game, LineScore, wilson
 from rtec.blind.sealing import document_of, measure, new, reveal, sealed_path
-from rtec.blind.secret import Secret
-from rtec.blind.shares import wilson
 from rtec.blind.sizes import SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
 
 __all__ = [

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from rtec.blind.secret import Secret
+from rtec.blind.hidden import Secret
 from rtec.effects.frequency_grid import FEWEST_CYCLES
 from rtec.inference.fit import values_of
 from rtec.inference.results import Diagnosis, Value

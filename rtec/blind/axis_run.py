@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec import axis
 from rtec.axis import Encoder, Limits, Program, Servo
-from rtec.blind.plan import Course, Floats, Ints
+from rtec.blind.plan import Course, Floats
 from rtec.machine import TRACE_COLUMNS, Laser, LoopResult, Machine, MeasuringRun, readings_of, run_machine
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_S
@@ -123,7 +122,7 @@ def schedule(course: Course, shift_mm: Floats) -> MeasuringRun:
     exercise_mm = plan.start_mm + _EXERCISE_SHARE * plan.span_mm
     blocks.append(axis.Move(target_mm=exercise_mm, feed_mm_s=float(course.feed_mm_s[0])))
     own = np.empty(course.target_mm.size, dtype=np.int64)
-    starts = _starts(course.direction, course.run)
+    starts = np.diff(course.passes, prepend=-1) > 0
     for i, (target, way) in enumerate(zip(course.target_mm + shift_mm, course.direction, strict=True)):
         feed = float(course.feed_mm_s[i])
         if starts[i]:
@@ -143,10 +142,3 @@ def schedule(course: Course, shift_mm: Floats) -> MeasuringRun:
         begins_ps=motion.block_end_ps[own - 1],
         ends_ps=motion.block_end_ps[own],
     )
-
-
-def _starts(direction: NDArray[np.int8], run: Ints) -> NDArray[np.bool_]:
-    """Return which readings are the first of a pass."""
-    first = np.ones(run.size, dtype=np.bool_)
-    first[1:] = (direction[1:] != direction[:-1]) | (run[1:] != run[:-1])
-    return first

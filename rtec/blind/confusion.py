@@ -15,9 +15,9 @@ from rtec.blind.answer import Answer, Judge, Rule, is_right, label_of, truth_lab
 from rtec.blind.draws import Draw
 from rtec.blind.game import play
 from rtec.blind.harder_lines import the_pools
+from rtec.blind.hidden import Secret
 from rtec.blind.line import Line
 from rtec.blind.scored import Game, LineScore, PoolScore
-from rtec.blind.secret import Secret
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.inference.compare import AT_THE_FLOOR

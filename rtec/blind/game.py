@@ -8,10 +8,10 @@ from rtec.blind.at_rest import measure_at_rest
 from rtec.blind.circumstances import REFERENCE_DEGC
 from rtec.blind.draws import checked_seed
 from rtec.blind.drive_log import measure_drive
+from rtec.blind.hidden import Secret
 from rtec.blind.in_motion import measure_in_motion
 from rtec.blind.plan import PITCH_MM, SIGNAL_PERIOD_MM, TARGET_ROOM_MM, Plan
 from rtec.blind.scenario import OUTSIDE, Scenario
-from rtec.blind.secret import Secret
 from rtec.blind.static_errors import travel_of
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rtec.blind.answer import NAMES_OF_NOISE
-from rtec.blind.hidden import Parameter
+from rtec.blind.hidden import Parameter, Secret
 from rtec.blind.scenario import OUTSIDE
-from rtec.blind.secret import Secret
 from rtec.blind.sizes import SIZES, Size, read_size, size_of
 from rtec.effects import LIBRARY
 from rtec.errors import ArgumentError, nearest

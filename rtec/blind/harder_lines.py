@@ -105,7 +105,6 @@ def harder_lines() -> tuple[Line, ...]:
     >>> sum(line.rule is Rule.WRONG_NAME for line in harder_lines())
     11
     """
-    nulls = tuple(_null(noise) for noise in Noise)
     several = tuple(
         Line(
             title=f"{what}, 3 sigma, drawn plans with repeats, above the detectable amplitude",
@@ -117,40 +116,22 @@ def harder_lines() -> tuple[Line, ...]:
         )
         for count, (what, share) in _COUNTS.items()
     )
-    return (
-        *nulls,
-        Line(
-            title="nothing, single runs, noise: correlated by place",
-            rule=Rule.WRONG_NAME,
-            share=0.0,
-            draw=partial(_nothing, Noise.BY_PLACE, (1, 1)),
+    wrong, kinds, single = Rule.WRONG_NAME, len(OUTSIDE), len(SINGLE_RUN_OUTSIDE)
+    others = (
+        ("nothing, single runs, noise: correlated by place", wrong, 0.0, partial(_nothing, Noise.BY_PLACE, (1, 1))),
+        (
+            f"outside the library, {kinds} kinds, 3 sigma, drawn plans", wrong, 0.95,
+            partial(_outside, OUTSIDE, MOST_RUNS),
         ),
-        Line(
-            title=f"outside the library, {len(OUTSIDE)} kinds, 3 sigma, drawn plans",
-            rule=Rule.WRONG_NAME,
-            share=0.95,
-            draw=partial(_outside, OUTSIDE, MOST_RUNS),
+        (
+            f"outside the library, {single} kinds, 3 sigma, single runs", wrong, 0.0,
+            partial(_outside, SINGLE_RUN_OUTSIDE, 1),
         ),
-        Line(
-            title=f"outside the library, {len(SINGLE_RUN_OUTSIDE)} kinds, 3 sigma, single runs",
-            rule=Rule.WRONG_NAME,
-            share=0.0,
-            draw=partial(_outside, SINGLE_RUN_OUTSIDE, 1),
-        ),
-        *several,
-        Line(
-            title="one to four effects, 1 to 5 sigma, any drawn plan",
-            rule=Rule.NAMED,
-            share=0.0,
-            draw=_anything,
-        ),
-        Line(
-            title="drives and moving logs, 3 sigma",
-            rule=Rule.NAMED,
-            share=0.95,
-            draw=_drive_or_log,
-        ),
-    )
+        ("one to four effects, 1 to 5 sigma, any drawn plan", Rule.NAMED, 0.0, _anything),
+        ("drives and moving logs, 3 sigma", Rule.NAMED, 0.95, _drive_or_log),
+    )  # fmt: skip
+    drawn = [Line(title=title, rule=rule, share=share, draw=draw) for title, rule, share, draw in others]
+    return (*(_null(noise) for noise in Noise), *drawn[:3], *several, *drawn[3:])
 
 
 def the_pools() -> tuple[Pool, ...]:

@@ -72,84 +72,43 @@ def the_lines() -> tuple[Line, ...]:
     ['NOTHING', 'NOTHING', 'NAMED']
     """
     white, correlated = Noise.WHITE, Noise.CORRELATED
-    single = "a single effect"
-    above = "above the detectable amplitude"
     plans = [PLANS[name] for name in ("base", "temperature", "dense")]
-    moving = tuple(Scenario(names=(name,), plan=PLANS["moving"]) for name in LAGS)
-    return (
-        Line(
-            title="nothing, white noise",
-            rule=Rule.NOTHING,
-            share=0.95,
-            scenarios=tuple(Scenario(plan=plan) for plan in plans),
+    above = "above the detectable amplitude"
+    forces = ("gravity", "force_map", "load_friction", "hysteresis")
+    published = (
+        ("nothing, white noise", Rule.NOTHING, 0.95, tuple(Scenario(plan=plan) for plan in plans)),
+        (
+            "nothing, correlated noise", Rule.NOTHING, 0.95,
+            tuple(Scenario(noise=correlated, plan=plan) for plan in plans),
         ),
-        Line(
-            title="nothing, correlated noise",
-            rule=Rule.NOTHING,
-            share=0.95,
-            scenarios=tuple(Scenario(noise=correlated, plan=plan) for plan in plans),
+        ("a single effect, 3 sigma, white noise", Rule.NAMED, 0.95, _singles(_STRONG, white)),
+        ("a single effect, 1 sigma, white noise", Rule.NAMED, 0.80, _singles(_WEAK, white)),
+        (
+            f"a single effect, 3 sigma, correlated noise, {above}", Rule.NAMED, 0.95,
+            _singles(_STRONG, correlated),
         ),
-        Line(
-            title=f"{single}, 3 sigma, white noise",
-            rule=Rule.NAMED,
-            share=0.95,
-            scenarios=_singles(_STRONG, white),
+        (f"a single effect, 1 sigma, correlated noise, {above}", Rule.NAMED, 0.80, _singles(_WEAK, correlated)),
+        ("two effects that are no look-alikes, 3 sigma each, white noise", Rule.NAMED, 0.85, _pairs()),
+        (
+            "outside the library, 3 sigma, white noise", Rule.UNKNOWN, 0.80,
+            tuple(Scenario(names=(name,)) for name in OUTSIDE_OF_GAME),
         ),
-        Line(
-            title=f"{single}, 1 sigma, white noise",
-            rule=Rule.NAMED,
-            share=0.80,
-            scenarios=_singles(_WEAK, white),
+        ("look-alikes on a poor plan, 5 sigma, white noise", Rule.TIED, 0.95, _confounded()),
+        (
+            "after the true effects are added, white noise", Rule.FLOOR, 0.95,
+            _singles(_STRONG, white) + _pairs(),
         ),
-        Line(
-            title=f"{single}, 3 sigma, correlated noise, {above}",
-            rule=Rule.NAMED,
-            share=0.95,
-            scenarios=_singles(_STRONG, correlated),
-            above_detectable=True,
+        (
+            "a lag in a moving log, 3 sigma, white noise", Rule.NAMED, 0.95,
+            tuple(Scenario(names=(name,), plan=PLANS["moving"]) for name in LAGS),
         ),
-        Line(
-            title=f"{single}, 1 sigma, correlated noise, {above}",
-            rule=Rule.NAMED,
-            share=0.80,
-            scenarios=_singles(_WEAK, correlated),
-            above_detectable=True,
+        (
+            "forces by angle, position or load, and hysteresis in a moving log, 3 sigma, white noise", Rule.NAMED,
+            0.95, _singles(_STRONG, white, forces),
         ),
-        Line(
-            title="two effects that are no look-alikes, 3 sigma each, white noise",
-            rule=Rule.NAMED,
-            share=0.85,
-            scenarios=_pairs(),
-        ),
-        Line(
-            title="outside the library, 3 sigma, white noise",
-            rule=Rule.UNKNOWN,
-            share=0.80,
-            scenarios=tuple(Scenario(names=(name,)) for name in OUTSIDE_OF_GAME),
-        ),
-        Line(
-            title="look-alikes on a poor plan, 5 sigma, white noise",
-            rule=Rule.TIED,
-            share=0.95,
-            scenarios=_confounded(),
-        ),
-        Line(
-            title="after the true effects are added, white noise",
-            rule=Rule.FLOOR,
-            share=0.95,
-            scenarios=_singles(_STRONG, white) + _pairs(),
-        ),
-        Line(
-            title="a lag in a moving log, 3 sigma, white noise",
-            rule=Rule.NAMED,
-            share=0.95,
-            scenarios=moving,
-        ),
-        Line(
-            title="forces by angle, position or load, and hysteresis in a moving log, 3 sigma, white noise",
-            rule=Rule.NAMED,
-            share=0.95,
-            scenarios=_singles(_STRONG, white, ("gravity", "force_map", "load_friction", "hysteresis")),
-        ),
-        *harder_lines(),
+    )  # fmt: skip
+    lines = (
+        Line(title=title, rule=rule, share=share, scenarios=scenarios, above_detectable=title.endswith(above))
+        for title, rule, share, scenarios in published
     )
+    return (*lines, *harder_lines())

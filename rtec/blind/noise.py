@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rtec.blind.plan import Floats, Ints
+from rtec.blind.plan import Floats, Ints, passes_of
 
 CORRELATION = 0.9
 """From reading to reading, where the noise is correlated."""
@@ -70,21 +70,6 @@ class Readings:
     position_mm: Floats
     direction: Floats
     run: Ints
-
-    @property
-    def passes(self) -> Ints:
-        """The number of the pass, from 0, shape (n,): another begins where run or direction change.
-
-        Examples
-        --------
-        >>> at = np.arange(4.0)
-        >>> way, run = np.array([1.0, -1.0, 1.0, 1.0]), np.array([1, 1, 2, 2])
-        >>> Readings(time_s=at, position_mm=at, direction=way, run=run).passes.tolist()
-        [0, 1, 2, 2]
-        """
-        begins = (np.diff(self.direction) != 0) | (np.diff(self.run) != 0)
-        numbers: Ints = np.concatenate([[0], np.cumsum(begins)])
-        return numbers
 
 
 def noise_of(kind: Noise, readings: Readings, sigma: float, rng: np.random.Generator) -> Floats:
@@ -171,7 +156,7 @@ def by_place(readings: Readings, sigma: float, rng: np.random.Generator) -> Floa
     length = rng.uniform(*PLACE_LENGTHS) * max(float(np.ptp(readings.position_mm)), 1e-9)
     noise = white(readings.position_mm.size, sigma * math.sqrt(share), rng)
     height = sigma * math.sqrt((1.0 - share) * 2.0 / _WAVES)
-    passes = readings.passes
+    passes = passes_of(readings.direction, readings.run)
     for number in range(int(passes[-1]) + 1):
         turns, phase = rng.normal(0.0, 1.0 / length, _WAVES), rng.uniform(0.0, 2.0 * np.pi, _WAVES)
         own = passes == number

@@ -6,26 +6,13 @@ import numpy as np
 
 from rtec.blind.circumstances import Circumstances
 from rtec.blind.hidden import Parameter
-from rtec.blind.plan import Floats, Ints
-from rtec.blind.slow_errors import SlowError
-
-
-def _error(added: Floats, description: str, *more: Parameter) -> SlowError:
-    height = Parameter("height", 1.0, "um", scales=True)
-    return SlowError(added_mm=1e-3 * added, description=description, parameters=(height, *more))
-
-
-def _passes(c: Circumstances) -> Ints:
-    """Return the number of the pass of each reading, from 0, shape (n,)."""
-    begins = (np.diff(c.direction) != 0) | (np.diff(c.course.run) != 0)
-    numbers: Ints = np.concatenate([[0], np.cumsum(begins)])
-    return numbers
+from rtec.blind.plan import Floats
+from rtec.blind.slow_errors import SlowError, of_height
 
 
 def _begins_s(c: Circumstances) -> Floats:
     """Return when each pass begins, shape (passes,)."""
-    passes = _passes(c)
-    begins: Floats = c.measured.time_s[np.searchsorted(passes, np.arange(int(passes[-1]) + 1))]
+    begins: Floats = c.measured.time_s[np.unique(c.course.passes, return_index=True)[1]]
     return begins
 
 
@@ -36,8 +23,8 @@ def creep_after_rest(c: Circumstances, rng: np.random.Generator) -> SlowError:
     tau_s = rng.uniform(0.2, 0.4) * length_s
     crept = 1.0 - np.exp(-c.course.turn_dwell_s / rng.uniform(15.0, 40.0))
     signs = rng.permutation(np.where(np.arange(c.plan.runs) % 2, -1.0, 1.0))
-    added = c.by_run(signs) * crept * np.exp(-(c.measured.time_s - _begins_s(c)[_passes(c)]) / tau_s)
-    return _error(
+    added = c.by_run(signs) * crept * np.exp(-(c.measured.time_s - _begins_s(c)[c.course.passes]) / tau_s)
+    return of_height(
         added, "creep after a rest, to the side where the slide stood, that fades", Parameter("recovery", tau_s, "s")
     )
 
@@ -48,16 +35,16 @@ def stick_slip(c: Circumstances, rng: np.random.Generator) -> SlowError:
     gap_mm = c.plan.span_mm / c.plan.targets
     slip_mm = rng.uniform(0.11, 0.17) * gap_mm
     added = -c.direction * (moved / slip_mm % 1.0 - 0.5)
-    return _error(
+    return of_height(
         added, "the slide stops short by what its slips leave of the last move", Parameter("slip", slip_mm, "mm")
     )
 
 
 def counting_play(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a nut that works loose: each reversal opens its play by more than the one before."""
-    count, last = _passes(c).astype(np.float64), float(_passes(c.origin)[-1])
+    count, last = c.course.passes.astype(np.float64), float(c.origin.course.passes[-1])
     added = -0.5 * c.direction * (count / max(last, 1.0)) ** rng.uniform(2.0, 3.0)
-    return _error(added, "play that grows with each reversal", Parameter("reversals", last, ""))
+    return of_height(added, "play that grows with each reversal", Parameter("reversals", last, ""))
 
 
 def flipping_play(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -65,15 +52,17 @@ def flipping_play(c: Circumstances, rng: np.random.Generator) -> SlowError:
     runs = c.plan.runs
     signs = rng.permutation(np.where(np.arange(runs) % 2, -1.0, 1.0))
     added = -0.5 * c.direction * c.by_run(signs)
-    return _error(added, "a reversal error that changes its sign from run to run", Parameter("runs", float(runs), ""))
+    return of_height(
+        added, "a reversal error that changes its sign from run to run", Parameter("runs", float(runs), "")
+    )
 
 
 def lost_at_reversals(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a clutch that slips a little at each reversal, more one way than the other: zero wanders by the pass."""
-    passes, count = _passes(c), int(_passes(c.origin)[-1]) + 1
+    passes, count = c.course.passes, int(c.origin.course.passes[-1]) + 1
     slips = rng.uniform(0.4, 1.6, count) * np.where(np.arange(count) % 4 < 2, 1.0, -1.0)
     added = np.cumsum(np.resize(slips, int(passes[-1]) + 1))[passes]
-    return _error(added, "a zero that slips at each reversal, to and fro", Parameter("passes", float(count), ""))
+    return of_height(added, "a zero that slips at each reversal, to and fro", Parameter("passes", float(count), ""))
 
 
 def worn_in(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -82,4 +71,4 @@ def worn_in(c: Circumstances, rng: np.random.Generator) -> SlowError:
     along = (c.course.target_mm - c.plan.start_mm) / c.plan.span_mm
     lumps = np.cos(2.0 * np.pi * rng.uniform(1.5, 3.0) * along + rng.uniform(0.0, 2.0 * np.pi))
     added = lumps * np.exp(-visits / rng.uniform(0.6, 1.0))
-    return _error(added, "lumps of grease that each run flattens", Parameter("runs", float(c.plan.runs), ""))
+    return of_height(added, "lumps of grease that each run flattens", Parameter("runs", float(c.plan.runs), ""))

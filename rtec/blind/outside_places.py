@@ -8,15 +8,10 @@ from rtec.blind.circumstances import Circumstances
 from rtec.blind.hidden import Parameter
 from rtec.blind.outside_waves import time_share, turned, way_share
 from rtec.blind.plan import Floats
-from rtec.blind.slow_errors import SlowError
+from rtec.blind.slow_errors import SlowError, of_height
 
 _TERMS = 6
 """Half waves of which a random map is the sum."""
-
-
-def _error(added: Floats, description: str, *more: Parameter) -> SlowError:
-    height = Parameter("height", 1.0, "um", scales=True)
-    return SlowError(added_mm=1e-3 * added, description=description, parameters=(height, *more))
 
 
 def _smooth(share: Floats, rng: np.random.Generator) -> Floats:
@@ -38,7 +33,7 @@ def scale_joints(c: Circumstances, rng: np.random.Generator) -> SlowError:
     places = (np.arange(joints) + rng.uniform(0.2, 0.8, joints)) / joints
     heights = rng.uniform(0.6, 1.4, joints) * np.where(np.arange(joints) % 2, -1.0, 1.0) * rng.choice([-1.0, 1.0])
     added = (way_share(c)[:, None] > places) @ heights
-    return _error(added, "steps at the joints of a scale in segments", Parameter("joints", float(joints), ""))
+    return of_height(added, "steps at the joints of a scale in segments", Parameter("joints", float(joints), ""))
 
 
 def gib_dents(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -48,7 +43,7 @@ def gib_dents(c: Circumstances, rng: np.random.Generator) -> SlowError:
     width = max(0.02, 1.2 / c.plan.targets)
     signs = rng.choice([-1.0, 1.0], count)
     added = np.exp(-np.abs(way_share(c)[:, None] - places) / width) @ signs
-    return _error(added, "sharp dents where a gib is bent", Parameter("width", width * c.plan.span_mm, "mm"))
+    return of_height(added, "sharp dents where a gib is bent", Parameter("width", width * c.plan.span_mm, "mm"))
 
 
 def one_way_bump(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -57,7 +52,9 @@ def one_way_bump(c: Circumstances, rng: np.random.Generator) -> SlowError:
     places = 0.1 + 0.8 * (np.arange(runs) + rng.uniform(0.2, 0.8, runs)) / runs
     way, sign = float(rng.choice([-1.0, 1.0])), float(rng.choice([-1.0, 1.0]))
     added = np.where(c.direction == way, sign * _bump(c, c.by_run(places), width), 0.0)
-    return _error(added, "a bump in one direction only, which moves from run to run", Parameter("direction", way, ""))
+    return of_height(
+        added, "a bump in one direction only, which moves from run to run", Parameter("direction", way, "")
+    )
 
 
 def late_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -66,7 +63,7 @@ def late_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     after = np.where(c.direction > 0, _smooth(along, rng), _smooth(along, rng))
     added = np.where(time_share(c) > begin, after, 0.0)
     moment = Parameter("moment", begin * c.length_s, "s")
-    return _error(added, "after a knock, another random map in each direction", moment)
+    return of_height(added, "after a knock, another random map in each direction", moment)
 
 
 def passing_chip(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -76,7 +73,7 @@ def passing_chip(c: Circumstances, rng: np.random.Generator) -> SlowError:
     late, sign = time_share(c), float(rng.choice([-1.0, 1.0]))
     added = np.where((late > begin) & (late < begin + length), sign * _bump(c, place, width), 0.0)
     where = Parameter("place", c.plan.start_mm + place * c.plan.span_mm, "mm")
-    return _error(added, "a bump at one place that is there for a while only", where)
+    return of_height(added, "a bump at one place that is there for a while only", where)
 
 
 def sliding_joint(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -85,7 +82,7 @@ def sliding_joint(c: Circumstances, rng: np.random.Generator) -> SlowError:
     places = 0.1 + 0.8 * (rng.permutation(runs) + rng.uniform(0.2, 0.8, runs)) / runs
     sign = float(rng.choice([-1.0, 1.0]))
     added = np.where(way_share(c) > c.by_run(places), 0.5 * sign, -0.5 * sign)
-    return _error(added, "a step at a place that is another one in each run", Parameter("runs", float(runs), ""))
+    return of_height(added, "a step at a place that is another one in each run", Parameter("runs", float(runs), ""))
 
 
 def snapping_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -93,7 +90,7 @@ def snapping_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     begin = rng.uniform(0.42, 0.58)
     added = np.where(time_share(c) > begin, -1.0, 1.0) * _smooth(way_share(c), rng)
     moment = Parameter("moment", begin * c.length_s, "s")
-    return _error(added, "a random map that changes its sign at a moment", moment)
+    return of_height(added, "a random map that changes its sign at a moment", moment)
 
 
 def swaying_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
@@ -101,4 +98,4 @@ def swaying_map(c: Circumstances, rng: np.random.Generator) -> SlowError:
     cycles = rng.uniform(1.5, 3.5)
     added = _smooth(way_share(c), rng) * np.sin(2.0 * np.pi * cycles * time_share(c) + turned(rng))
     clock = Parameter("cycle", c.length_s / cycles, "s")
-    return _error(added, "a random map that comes and goes with the time", clock)
+    return of_height(added, "a random map that comes and goes with the time", clock)

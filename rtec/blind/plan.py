@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -230,6 +231,24 @@ class Course:
     run: Ints
     feed_mm_s: Floats
     turn_dwell_s: Floats
+
+    @property
+    def passes(self) -> Ints:
+        """The number of the pass of each reading, as `passes_of` says, shape (n,)."""
+        return passes_of(self.direction, self.run)
+
+
+def passes_of(direction: NDArray[Any], run: Ints) -> Ints:
+    """Return the number of the pass of each reading, from 0, shape (n,): one begins where run or direction change.
+
+    Examples
+    --------
+    >>> passes_of(np.array([1.0, -1.0, 1.0, 1.0]), np.array([1, 1, 2, 2])).tolist()
+    [0, 1, 2, 2]
+    """
+    begins = (np.diff(direction) != 0) | (np.diff(run) != 0)
+    numbers: Ints = np.concatenate([[0], np.cumsum(begins)])
+    return numbers
 
 
 def draw_course(plan: Plan, rng: np.random.Generator) -> Course:

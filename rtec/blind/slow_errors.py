@@ -45,6 +45,12 @@ class SlowError:
     parameters: tuple[Parameter, ...]
 
 
+def of_height(height: Floats, description: str, *more: Parameter) -> SlowError:
+    """Return an error of so many µm at each reading, shape (n,), with its height as the number that scales."""
+    first = Parameter("height", 1.0, "um", scales=True)
+    return SlowError(added_mm=1e-3 * height, description=description, parameters=(first, *more))
+
+
 def drift(c: Circumstances, rng: np.random.Generator) -> SlowError:
     """Return a laser, or a mounting, that wanders at a constant rate."""
     sign = float(rng.choice([-1.0, 1.0]))

@@ -47,6 +47,10 @@ class StaticError:
     parameters: tuple[Parameter, ...]
 
 
+def _both_ways(curve_mm: Floats, description: str, *parameters: Parameter) -> StaticError:
+    return StaticError(forward_mm=curve_mm, reverse_mm=curve_mm, description=description, parameters=parameters)
+
+
 def grid_of(plan: Plan) -> Floats:
     """Return the positions of the axis's table.
 
@@ -81,11 +85,10 @@ def scale(plan: Plan, rng: np.random.Generator) -> StaticError:
     """Return a screw that is too long or too short by the same share everywhere."""
     sign = float(rng.choice([-1.0, 1.0]))
     curve = sign * 1e-6 * grid_of(plan)
-    return StaticError(
-        forward_mm=curve,
-        reverse_mm=curve,
-        description="the screw's lead is wrong by the same share everywhere",
-        parameters=(Parameter("scale", sign, "um/m", scales=True),),
+    return _both_ways(
+        curve,
+        "the screw's lead is wrong by the same share everywhere",
+        Parameter("scale", sign, "um/m", scales=True),
     )
 
 
@@ -95,14 +98,11 @@ def pitch_map(plan: Plan, rng: np.random.Generator) -> StaticError:
     curve, length_mm = wandering(
         x, plan.span_mm, (0.10, 0.16), lambda y: np.polynomial.Polynomial.fit(x, y, 1)(x), rng
     )
-    return StaticError(
-        forward_mm=curve * 1e-3,
-        reverse_mm=curve * 1e-3,
-        description="the screw's lead wanders: a smooth random error along the axis, its straight part removed",
-        parameters=(
-            Parameter("peak_to_peak", float(np.ptp(curve)), "um", scales=True),
-            Parameter("length", length_mm, "mm"),
-        ),
+    return _both_ways(
+        curve * 1e-3,
+        "the screw's lead wanders: a smooth random error along the axis, its straight part removed",
+        Parameter("peak_to_peak", float(np.ptp(curve)), "um", scales=True),
+        Parameter("length", length_mm, "mm"),
     )
 
 
@@ -171,14 +171,11 @@ def cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
     curve = np.arctan2(throw * np.sin(angle), 1.0 + throw * np.cos(angle)) / throw
     if on_screw:
         curve += rng.uniform(0.0, 0.2) * np.sin(2.0 * angle + rng.uniform(0.0, 2.0 * np.pi))
-    return StaticError(
-        forward_mm=curve * 1e-3,
-        reverse_mm=curve * 1e-3,
-        description="eccentric screw and a coupling out of line" if on_screw else "eccentric wheel in the drive",
-        parameters=(
-            Parameter("period", period, "deg" if plan.rotary else "mm"),
-            Parameter("amplitude", 1.0, "um", scales=True),
-        ),
+    return _both_ways(
+        curve * 1e-3,
+        "eccentric screw and a coupling out of line" if on_screw else "eccentric wheel in the drive",
+        Parameter("period", period, "deg" if plan.rotary else "mm"),
+        Parameter("amplitude", 1.0, "um", scales=True),
     )
 
 
@@ -197,14 +194,11 @@ def eccentricity(plan: Plan, rng: np.random.Generator) -> StaticError:
     curve = np.degrees(np.angle(line * np.exp(1j * turned)))
     curve -= curve.mean()
     curve *= 1e-3 / np.std(curve)
-    return StaticError(
-        forward_mm=curve,
-        reverse_mm=curve,
-        description="a disc that turns off centre and is oval, read by one head",
-        parameters=(
-            Parameter("period", 360.0, "deg"),
-            Parameter("peak_to_peak", 3600.0 * float(np.ptp(curve)), "arcsec", scales=True),
-        ),
+    return _both_ways(
+        curve,
+        "a disc that turns off centre and is oval, read by one head",
+        Parameter("period", 360.0, "deg"),
+        Parameter("peak_to_peak", 3600.0 * float(np.ptp(curve)), "arcsec", scales=True),
     )
 
 
@@ -221,14 +215,11 @@ def interpolation(plan: Plan, rng: np.random.Generator) -> StaticError:
     # where the electronics read too much, the axis stands too low
     curve = -np.angle(np.exp(1j * read)) / small * 1e-3
     curve -= curve.mean()
-    return StaticError(
-        forward_mm=curve,
-        reverse_mm=curve,
-        description="the scale's signals have offsets, unequal amplitudes and no right angle between them",
-        parameters=(
-            Parameter("period", SIGNAL_PERIOD_MM, "mm"),
-            Parameter("peak", float(np.abs(curve).max()) * 1e3, "um", scales=True),
-        ),
+    return _both_ways(
+        curve,
+        "the scale's signals have offsets, unequal amplitudes and no right angle between them",
+        Parameter("period", SIGNAL_PERIOD_MM, "mm"),
+        Parameter("peak", float(np.abs(curve).max()) * 1e3, "um", scales=True),
     )
 
 
@@ -276,15 +267,12 @@ def chirped_cyclic(plan: Plan, rng: np.random.Generator) -> StaticError:
     # cycles = integral of dx / period, the period changing in proportion to the way
     cycles = (x[-1] - x[0]) / (end - start) * np.log1p((end / start - 1.0) * share)
     curve = np.sin(2.0 * np.pi * cycles + rng.uniform(0.0, 2.0 * np.pi)) * 1e-3
-    return StaticError(
-        forward_mm=curve,
-        reverse_mm=curve,
-        description="periodic error whose period changes along the axis",
-        parameters=(
-            Parameter("period_at_start", start, "mm"),
-            Parameter("period_at_end", end, "mm"),
-            Parameter("amplitude", 1.0, "um", scales=True),
-        ),
+    return _both_ways(
+        curve,
+        "periodic error whose period changes along the axis",
+        Parameter("period_at_start", start, "mm"),
+        Parameter("period_at_end", end, "mm"),
+        Parameter("amplitude", 1.0, "um", scales=True),
     )
 
 

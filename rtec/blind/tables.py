@@ -6,8 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rtec.blind.answer import Rule
-from rtec.blind.scored import LineScore, PoolScore
-from rtec.blind.shares import wilson
+from rtec.blind.scored import LineScore, PoolScore, wilson
 
 _RARE = 0.02
 _OTHER = "another"
