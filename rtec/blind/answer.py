@@ -171,7 +171,6 @@ def wrong_names(answer: Answer, secret: Secret) -> frozenset[str]:
 
 
 def _pairs_of(secret: Secret) -> Iterator[frozenset[str]]:
-    """Yield the pairs of confounded effects that a hidden effect is one of."""
     return (pair for pair in EXPERIMENTS if pair & set(secret.names))
 
 

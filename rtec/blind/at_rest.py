@@ -94,7 +94,6 @@ def _carried_out(
     scenario: Scenario,
     first: Circumstances | None = None,
 ) -> Circumstances:
-    """Let the axis carry out a course."""
     measured = measure(
         course,
         table,

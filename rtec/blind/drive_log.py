@@ -241,7 +241,6 @@ def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Rec
 
 
 def _moved(plan: Plan, occasion: Occasion, first: _Motion | None = None) -> _Motion:
-    """Let the axis carry a plan out."""
     motion, begin_s, repeat_s = moves_of(plan, occasion.stream(Draw.COURSE))
     time_s, run = sampled(plan, motion, begin_s, repeat_s)
     return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, plan.presliding_mm, first)

@@ -169,7 +169,6 @@ def total_of(points: Sequence[Points]) -> tuple[int, int]:
 
 
 def _judged(size: Size | None, truth: Parameter) -> tuple[int, str]:
-    """Return the points for a size, and why."""
     if size is None:
         return 0, "; its size is not said"
     if size.unit != truth.unit:

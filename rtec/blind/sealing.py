@@ -248,7 +248,6 @@ def opened(data: str | Path) -> Sealed:
 
 
 def _document(data: Path, sealed: Sealed) -> dict[str, str]:
-    """Return the content of the sealed file."""
     axis = {"scenario": scenario_document(sealed.scenario), "number": sealed.number}
     text = json_text({**document_of(sealed.secret), "axis": axis}).encode()
     return {

@@ -108,7 +108,6 @@ def _matrix(score: LineScore) -> list[list[str]]:
 
 
 def _tally(score: LineScore) -> list[list[str]]:
-    """Return how often each effect was hidden, found and made up."""
     counting = [game for game in score.games if game.right is not None]
     hidden = Counter(name for game in counting for name in game.names)
     found = Counter(name for game in counting for name in set(game.names) & set(game.effects))

@@ -8,14 +8,11 @@ from enum import Enum
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import FileFormatError
-from rtec.predictors._columns import LARGEST, first_disorder
+from rtec.predictors._columns import LARGEST, Floats, first_disorder
 from rtec.predictors.tables import BidirectionalTable
 from rtec.units import UNITS
-
-Floats = npt.NDArray[np.float64]
 
 LARGEST_FILE = 16_000_000
 """Largest file read, in bytes: several hundred thousand positions."""

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
-from rtec.predictors._columns import ascending, column, span
+from rtec.predictors._columns import Floats, ascending, column, span
 from rtec.predictors.binding import CURVE, OF_AXIS, is_other_axis
-from rtec.predictors.curve import Curve
-
-Floats = npt.NDArray[np.float64]
-BESIDE_MM = 1.0
-"""Beyond the places of other axes that were measured, where a predictor holds its ends: a corrected axis at the end
-of its travel stands beside it by as much as it is corrected."""
-
-
-Reach = dict[str, tuple[float, float]]
+from rtec.predictors.curve import Curve, Reach
 
 
 def reach_of(parts: Iterable[Reach]) -> Reach:
@@ -37,11 +28,6 @@ def reach_of(parts: Iterable[Reach]) -> Reach:
             before = found.get(name, (low, high))
             found[name] = min(low, before[0]), max(high, before[1])
     return dict(sorted(found.items(), key=lambda item: int(item[0].removeprefix(OF_AXIS))))
-
-
-def beside(reach: Reach) -> Reach:
-    """Return where axes may stand for a predictor to be asked."""
-    return {name: (low - BESIDE_MM, high + BESIDE_MM) for name, (low, high) in reach.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -155,14 +141,9 @@ class AxisTables(Curve):
         return _kernels.tables_error
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """Position and direction, then positions of other axes."""
-        return (*CURVE, *reach_of(table.reach_mm for table in self.tables))
-
-    @property
-    def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Where the other axes stood, and a little beyond."""
-        return beside(reach_of(table.reach_mm for table in self.tables))
+    def reach_mm(self) -> Reach:
+        """Where the other axes stood, by name."""
+        return reach_of(table.reach_mm for table in self.tables)
 
     @property
     def numbers(self) -> Floats:

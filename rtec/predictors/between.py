@@ -6,11 +6,9 @@ from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.predictors import _kernels
-
-Floats = npt.NDArray[np.float64]
+from rtec.predictors._columns import Floats
 
 
 class Between(Enum):

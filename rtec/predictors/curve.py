@@ -10,8 +10,14 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
+from rtec.predictors._columns import Floats
 from rtec.predictors.binding import CURVE, bound
-from rtec.predictors.protocol import Floats, Outside
+from rtec.predictors.protocol import Outside
+
+BESIDE_MM = 1.0
+"""Beyond the places of other axes that were measured, where a predictor holds its ends: a corrected axis at the end
+of its travel stands beside it by as much as it is corrected."""
+Reach = dict[str, tuple[float, float]]
 
 
 class Curve(ABC):
@@ -30,9 +36,14 @@ class Curve(ABC):
         """A new one-dimensional array; its layout stands in ``_kernels.py``."""
 
     @property
+    def reach_mm(self) -> Reach:
+        """Lowest and highest position of each other axis that it looks at, by name, in the order of the axes."""
+        return {}
+
+    @property
     def inputs(self) -> tuple[str, ...]:
-        """Position and direction."""
-        return CURVE
+        """Position and direction, then positions of other axes."""
+        return (*CURVE, *self.reach_mm)
 
     @property
     def memory(self) -> Floats:
@@ -41,8 +52,8 @@ class Curve(ABC):
 
     @property
     def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """No others than the positions."""
-        return {}
+        """Where the other axes stood, and a little beyond."""
+        return {name: (low - BESIDE_MM, high + BESIDE_MM) for name, (low, high) in self.reach_mm.items()}
 
     @property
     @abstractmethod

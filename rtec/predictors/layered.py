@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import ArgumentError, unknown
 from rtec.predictors import _kernels
-from rtec.predictors._columns import column, length, span
-from rtec.predictors.axis_tables import beside, reach_of
-from rtec.predictors.binding import CURVE, is_other_axis
-from rtec.predictors.curve import Curve
-
-Floats = npt.NDArray[np.float64]
+from rtec.predictors._columns import Floats, column, length, span
+from rtec.predictors.axis_tables import reach_of
+from rtec.predictors.binding import is_other_axis
+from rtec.predictors.curve import Curve, Reach
 
 INPUTS = {"position": (0, _kernels.PLAIN), "direction": (1, _kernels.SIGN), "turn": (0, _kernels.TURN)}
 """What a network may look at: the position, the direction (0 forward, 1 reverse), the place in the turn; and how the
@@ -153,14 +150,9 @@ class TrainedNetworks(Curve):
         return _kernels.layered_error
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """Position and direction, then positions of other axes."""
-        return (*CURVE, *reach_of(network.reach_mm for network in self.networks))
-
-    @property
-    def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Where the other axes stood, and a little beyond."""
-        return beside(reach_of(network.reach_mm for network in self.networks))
+    def reach_mm(self) -> Reach:
+        """Where the other axes stood, by name."""
+        return reach_of(network.reach_mm for network in self.networks)
 
     @property
     def numbers(self) -> Floats:

@@ -10,14 +10,12 @@ import functools
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.predictors import _kernels, _lathe_weights
+from rtec.predictors._columns import Floats
 from rtec.predictors.curve import Curve
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.units import MM_PER_INCH
-
-Floats = npt.NDArray[np.float64]
 
 
 class LatheNetwork(Curve):

@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
-import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from rtec.predictors._columns import Floats
 
 FORWARD = 1
 """Direction of motion towards larger positions."""

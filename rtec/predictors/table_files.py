@@ -130,7 +130,6 @@ def write_table(
 
 
 def _header(path: str | Path, number: int, line: str) -> list[tuple[str, LengthUnit]]:
-    """Return quantity and unit of each column."""
     units = {unit.name.lower(): unit for unit in LengthUnit}
     known = [f"{quantity}_{unit}" for quantity in QUANTITIES for unit in units]
     found: list[tuple[str, LengthUnit]] = []

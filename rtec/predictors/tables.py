@@ -9,16 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
-import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors._columns import ascending, column, first_disorder
+from rtec.predictors._columns import Floats, ascending, column, first_disorder
 from rtec.predictors.between import Between
 from rtec.predictors.curve import Curve
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
-
-Floats = npt.NDArray[np.float64]
 
 SAME_TARGET_MM = 1e-6
 """Targets closer than this are readings of one target: 1 nm, far above rounding, far below any scale."""

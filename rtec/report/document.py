@@ -42,7 +42,6 @@ def study_document(result: StudyResult) -> dict[str, Any]:
 
 
 def _round(one: Round) -> dict[str, Any]:
-    """Return a round of the calibration: what it took, and what its model is off the axis all along the travel."""
     return {
         "readings": one.readings.size,
         "runs": one.plan.runs,
@@ -59,7 +58,6 @@ def _round(one: Round) -> dict[str, Any]:
 
 
 def _model(result: StudyResult) -> dict[str, Any]:
-    """Return where the PC's predictor comes from, and how far it is from the axis."""
     scores = () if result.learned is None else result.learned.scores
     return {
         "predictor": result.predictor,

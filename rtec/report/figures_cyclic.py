@@ -79,7 +79,6 @@ def _zoom(axes: Axes, result: StudyResult, period: float, scale: Scale) -> None:
 
 
 def _folded(axes: Axes, look: Look, at: TargetFigures, period: float, scale: Scale) -> None:
-    """Draw the mean residual of each target against its phase within a turn."""
     phase = np.mod(at.target + 1e-9, period) / period
     for mean, marker, face in ((at.mean_forward, "^", look.colour), (at.mean_backward, "v", PAPER)):
         axes.plot(

@@ -83,7 +83,6 @@ def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -
 
 
 def _span(rows: Sequence[EnvelopeRow]) -> tuple[float, float]:
-    """Return the ends of the axis."""
     found = [row.max_safe_hz for row in rows if row.max_safe_hz > 0.0] or [float(GOAL_HZ)]
     highest = max(row.speeds.frequencies.searched_to_hz for row in rows)
     return min([*found, RAPID_HZ]) / 4.0, max([*found, highest]) * 1.15

@@ -69,7 +69,6 @@ def _groups(trace: Trace, design: Design) -> Groups:
 
 
 def _cycles_above(axes: Axes, trace: Trace) -> None:
-    """Put a second scale above: cycles of the processor."""
     from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - as in figures_style
 
     per_us = PS_PER["us"] / trace.cycle_ps

@@ -54,7 +54,6 @@ def safety_figure(matrix: Matrix) -> Figure:
 
 
 def _panel(axes: Axes, matrix: Matrix, designs: Sequence[Design]) -> None:
-    """Draw one group of designs."""
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
 
     for y, variant in enumerate(matrix.plan.variants):

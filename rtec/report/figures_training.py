@@ -75,7 +75,6 @@ def training_figure(result: PredictorComparison) -> Figure:
 
 
 def _designs(rows: list[Row]) -> dict[str, list[Row]]:
-    """Return the networks of each design that learned."""
     found: dict[str, list[Row]] = {}
     for row in sorted((row for row in rows if row.courses), key=lambda row: row.name):
         found.setdefault(_design(row), []).append(row)

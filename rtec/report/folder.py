@@ -62,7 +62,6 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
 
 
 def _write_beside(result: StudyResult, scale: Scale, folder: Path) -> None:
-    """Write tables, readings, model and waveforms."""
     for name in ("readings", "waveforms"):
         (folder / name).mkdir()
     write_text(folder / "rows.csv", rows_csv(result, scale))
@@ -89,7 +88,6 @@ def file_name(*words: str) -> str:
 
 
 def _write_readings(result: StudyResult, name: str, correction: str, readings: Readings, folder: Path) -> None:
-    """Write readings as a measurement and as the laser system would."""
     facts = {"study": printable(result.study), "correction": printable(correction)}
     if result.period_mm is not None:
         facts["screw_pitch"] = f"{result.period_mm!r} mm"

@@ -164,7 +164,6 @@ def _detection(case: SafetyCase) -> list[tuple[str, ...]]:
 
 
 def _without_power(case: SafetyCase) -> str:
-    """Return how many counts Design B loses without power."""
     lost = [
         abs(trial.drift_counts)
         for trial in case.matrix.trials
@@ -182,7 +181,6 @@ def _whole_ms(time_s: float | None) -> str:
 
 
 def _upstream(case: SafetyCase, undetected: Sequence[Trial]) -> list[tuple[object, ...]]:
-    """Return the faults before the box that nobody noticed."""
     rows: list[tuple[object, ...]] = []
     for variant in dict.fromkeys(trial.variant for trial in undetected if trial.variant.upstream):
         some = [trial for trial in undetected if trial.variant is variant]
@@ -208,7 +206,6 @@ def _impossible(case: SafetyCase) -> list[tuple[str, str]]:
 
 
 def _soak(soak: Soak) -> dict[str, object]:
-    """Return what is told of the soak."""
     fired, outcomes = soak.fired(), soak.outcomes()
     main = [episode for episode in soak.episodes if episode.design in BESIDE]
     lost = Counter(episode.injected[0].variant for episode in soak.undetected(upstream=True))

@@ -94,7 +94,6 @@ def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
 
 
 def _told(trial: Trial) -> str:
-    """Return what came of one run, who stopped the machine, and after what time."""
     ended = trial.outcome.value
     if trial.outcome is Outcome.SAFE_STOP:
         after = "" if trial.detected_s is None else f" after {trial.detected_s * 1e3:.0f} ms"
@@ -106,7 +105,6 @@ def _told(trial: Trial) -> str:
 
 
 def _again(trial: Trial, seed: int) -> str:
-    """Return the command that plays one run alone."""
     words = ["rtec", "safety", "--fault", trial.variant.name, "--phase", hyphened(trial.phase.value)]
     words += ["--design", trial.design.value, "--first", str(trial.seed), "--seeds", "1"]
     return shlex.join(words + ([] if seed == 1 else ["--seed", str(seed)]))

@@ -56,7 +56,6 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
 
 
 def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]]:
-    """Return what there is to say of the motion."""
     forward = "+" if path.direction > 0 else "-"
     if path.motion is None:
         edges = f"{_whole(result.edges)} in {forward} direction"

@@ -181,7 +181,6 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
 
 
 def _beside_nothing(result: PredictorComparison) -> list[str]:
-    """Return that a correction is hardly worth it, where that is so."""
     bare = result.best_of(Kind.NONE)
     if bare is None or result.is_worth_it:
         return []

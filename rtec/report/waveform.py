@@ -208,7 +208,6 @@ def _of_totals(totals: Totals) -> Steps:
 
 
 def _draw_line(axes: Axes, view: View, steps: Steps, base: float, colour: str) -> None:
-    """Draw a level over time."""
     stretches = view.stretches(steps)
     x = [view.x(begin) for begin, _, _ in stretches] + [view.x(view.stop_ps)]
     y = [base + HIGH * level for _, _, level in stretches]

@@ -106,16 +106,7 @@ class Study:
 
     def timing(self, design: Design) -> Timing:
         """Return the timing of a design on the study's processor."""
-        profile = Timing.of(design, self.processor)
-        return Timing(
-            poll_ps=profile.poll_ps,
-            decide_ps=profile.decide_ps,
-            step_ps=profile.step_ps,
-            recover_ps=profile.recover_ps,
-            latency_ps=profile.latency_ps,
-            rest_ps=self.rest_ps,
-            gate_margin=self.gate_margin,
-        )
+        return replace(Timing.of(design, self.processor), rest_ps=self.rest_ps, gate_margin=self.gate_margin)
 
     def injector(self, design: Design) -> InjectorSettings:
         """Return the box with a design in it."""

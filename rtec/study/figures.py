@@ -56,7 +56,6 @@ def feed_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
 
 
 def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the errors in the middle of a forward and of a reverse pass."""
     lead = feed * feed / study.limits.max_acceleration_mm_s2 + feed * (SETTLE_S + 10.0 / study.servo.gain_per_s)
     start = study.plan.start_mm
     # a reversal takes the request's slewing as long as the play is wide, in steps of the window

@@ -48,16 +48,8 @@ class LearnedModel:
     left_out: tuple[LeftOut, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Calibration:
-    """Readings of the axis as it is, and the machine time that they took."""
-
-    readings: Readings
-    machine_s: float
-
-
-def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1) -> Calibration:
-    """Measure the axis as it is: the calibration's program in closed loop, with the study's repeatability.
+def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1) -> tuple[Readings, float]:
+    """Measure the axis as it is: the calibration's program in closed loop; return readings and machine time in s.
 
     Parameters
     ----------
@@ -86,7 +78,7 @@ def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1
         )
     noise = np.random.default_rng([study.seed, number]).normal(0.0, 1.0, task.target_mm.size)
     readings = readings_of(task, result.deviation_mm + noise * study.repeatability_mm)
-    return Calibration(readings=readings, machine_s=result.simulated_s)
+    return readings, result.simulated_s
 
 
 def calibration_measurement(readings: Readings, period_mm: float | None) -> Measurement:
@@ -121,8 +113,10 @@ def learn(study: Study, machine: Machine, reporter: Reporter) -> LearnedModel:
     while plan is not None and len(rounds) < study.rounds:
         again = " again" if rounds else ""
         report = reporter(f"calibrating the axis{again}", CALIBRATING_S)
-        taken = calibrate(replace(study, calibration=plan), machine, report, number=len(rounds) + 1)
-        rounds.append(_searched(study, rounds, plan, taken, reporter(f"searching for effects{again}", SEARCHING_S)))
+        taken, machine_s = calibrate(replace(study, calibration=plan), machine, report, number=len(rounds) + 1)
+        rounds.append(
+            _searched(study, rounds, plan, taken, machine_s, reporter(f"searching for effects{again}", SEARCHING_S))
+        )
         plan = _asked_for(study.calibration, rounds[-1].diagnosis)
     diagnosis = rounds[-1].diagnosis
     predictor, left_out = _predictor(study, diagnosis.model)
@@ -141,19 +135,21 @@ def learning_s(study: Study) -> float:
     return study.rounds * (CALIBRATING_S + SEARCHING_S)
 
 
-def _searched(study: Study, before: list[Round], plan: MeasuringPlan, taken: Calibration, report: Report) -> Round:
-    """Search all readings up to those of a new round."""
-    whole = joined([*(one.readings for one in before), taken.readings])
+def _searched(
+    study: Study, before: list[Round], plan: MeasuringPlan, taken: Readings, machine_s: float, report: Report
+) -> Round:
+    whole = joined([*(one.readings for one in before), taken])
     dataset = load_dataset(calibration_measurement(whole, study.period_mm))
     diagnosis = diagnose(dataset, begin=before[-1].diagnosis.model if before else None, progress=report)
+    travel = np.linspace(study.calibration.start_mm, study.calibration.end_mm, _PLACES)
     return Round(
         plan=plan,
-        readings=taken.readings,
-        machine_s=taken.machine_s,
-        missed_mm=_less(before[-1].diagnosis.model, taken.readings) if before else taken.readings.deviation_mm,
-        left_mm=_less(diagnosis.model, taken.readings),
+        readings=taken,
+        machine_s=machine_s,
+        missed_mm=_less(before[-1].diagnosis.model, taken) if before else taken.deviation_mm,
+        left_mm=_less(diagnosis.model, taken),
         diagnosis=diagnosis,
-        score=score(study, _predictor(study, diagnosis.model)[0], _travel(study)),
+        score=score(study, _predictor(study, diagnosis.model)[0], travel),
     )
 
 
@@ -187,12 +183,6 @@ def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | Non
 def _predictor(study: Study, model: Model) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
     plan = study.calibration
     return predictor_of_model(model, plan.start_mm, plan.end_mm)
-
-
-def _travel(study: Study) -> NDArray[np.float64]:
-    """Return places all along the calibration's travel, between its targets, too."""
-    plan = study.calibration
-    return np.linspace(plan.start_mm, plan.end_mm, _PLACES)
 
 
 def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> TruthScore:

@@ -73,11 +73,6 @@ def model_of(
         allowed = f"{words}, a table in a file NAME.csv, or a model or trained predictor in a file NAME.toml"
         raise ArgumentError(section.where("model"), repr(name), allowed, nearest(name, known))
     with section.naming(model="model", cautious="cautious"):
-        predictor, left_out = predictor_of_file(
-            file,
-            plan.start_mm,
-            plan.end_mm,
-            cautious=cautious,
-        )
+        predictor, left_out = predictor_of_file(file, plan.start_mm, plan.end_mm, cautious=cautious)
         check_curve(predictor, "model", hint="a study has one axis; rtec pc takes predictors of several")
         return predictor, left_out

@@ -6,7 +6,7 @@ import shlex
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -84,12 +84,10 @@ def run_study(
         feeds = [jobs.feed(study, design) for design in study.designs]
         if learned_model is not None and meanwhile is not None:
             meanwhile(learned_model.learned)
-        parts = _Parts(
-            rows=tuple(row.result() for row in rows),
-            feeds=tuple(feed.result() for feed in feeds),
-            holds=tuple(hold.result() for hold in holds),
-        )
-    return _result(study, jobs.task, parts, None if learned_model is None else learned_model.learned, begun)
+        measured = tuple(row.result() for row in rows)
+        curves = tuple(feed.result() for feed in feeds), tuple(hold.result() for hold in holds)
+    learned = None if learned_model is None else learned_model.learned
+    return _result(study, jobs.task, measured, *curves, learned, begun)
 
 
 class _Jobs:
@@ -118,17 +116,12 @@ class _Jobs:
         return self._workers.start(f"held axis: {TITLES[design.value]}", _HOLDING, job)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Parts:
-    rows: tuple[StudyRow, ...]
-    feeds: tuple[FeedCurve, ...]
-    holds: tuple[HoldCurve, ...]
-
-
 def _result(
     study: Study,
     task: MeasuringRun,
-    parts: _Parts,
+    rows: tuple[StudyRow, ...],
+    feeds: tuple[FeedCurve, ...],
+    holds: tuple[HoldCurve, ...],
     learned: Learned | None,
     begun: float,
 ) -> StudyResult:
@@ -149,22 +142,21 @@ def _result(
         position_mm=position,
         forward_error_mm=study.axis_error.error_mm(position, 1),
         reverse_error_mm=study.axis_error.error_mm(position, -1),
-        rows=parts.rows,
-        feed_curves=parts.feeds,
+        rows=rows,
+        feed_curves=feeds,
         program_feed_mm_s=study.plan.feed_mm_s,
-        hold_curves=parts.holds,
+        hold_curves=holds,
         hold_growth_mm=study.growth.final_mm,
         waveforms=tuple(waveform(study, design) for design in study.designs),
         limits=tuple(limit_of(study, design) for design in study.designs),
         count_mm=study.encoder.count_mm,
         seed=study.seed,
         wall_s=time.perf_counter() - begun,
-        warnings=_warnings(study, parts.rows),
+        warnings=_warnings(study, rows),
     )
 
 
 def _command(study: Study) -> str:
-    """Return the command line that runs this study again."""
     words = ["rtec", "run", *([study.file] if study.file else [])]
     if study.firmware is not None:
         words += ["--firmware", "--processor", study.firmware.name]
@@ -172,7 +164,6 @@ def _command(study: Study) -> str:
 
 
 def _machine(study: Study) -> Machine:
-    """Return the axis without any correction."""
     return Machine(
         axis_error=study.axis_error,
         model=study.model,
@@ -225,7 +216,6 @@ def _row(
     noise: NDArray[np.float64],
     report: Report,
 ) -> StudyRow:
-    """Measure one row."""
     result = run_machine(machine, task, progress=report)
     readings = _readings(task, result, noise)
     return StudyRow(
@@ -269,7 +259,6 @@ def _reason(result: LoopResult) -> str:
 
 
 def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
-    """Return each warning once."""
     seen = {f"the predictor does without {left.effect}: {left.why}": None for left in study.left_out}
     for row in rows:
         if row.figures is not None:
@@ -293,7 +282,6 @@ def _box_pace(study: Study) -> str:
 
 
 def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
-    """Return the study in words."""
     plan, talk = study.plan, study.handshake
     noise = f"{study.repeatability_mm * 1000:g} µm standard deviation of a reading, seed {study.seed}"
     return (

@@ -5,13 +5,9 @@ Arrays are of shape (neurons, readings) unless a kernel says otherwise.
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
 from rtec._jit import fused_kernel
+from rtec.predictors._columns import Floats
 from rtec.predictors._logistic_kernels import logistic
-
-Floats = npt.NDArray[np.float64]
 
 
 @fused_kernel

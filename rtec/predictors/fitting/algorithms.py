@@ -10,13 +10,12 @@ from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import lapack
 from scipy.optimize import OptimizeResult, minimize
 
+from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.layers import Layers
 
-Floats = npt.NDArray[np.float64]
 Watch = Callable[[Floats, float], bool]
 """Shown weights and their sum of squares after an epoch; False ends the training."""
 
@@ -182,22 +181,16 @@ class Algorithm(Enum):
     @property
     def title(self) -> str:
         """What people call it."""
-        return _TITLES[self]
+        return _KNOWN[self][0]
 
     def train(self, problem: Problem, weights: Floats, watch: Watch) -> None:
         """Train from these weights on until ``watch`` ends it, or nothing helps any more."""
-        _FUNCTIONS[self](problem, weights, watch)
+        _KNOWN[self][1](problem, weights, watch)
 
 
-_TITLES = {
-    Algorithm.LM: "Levenberg-Marquardt",
-    Algorithm.RPROP: "resilient backpropagation",
-    Algorithm.SCG: "scaled conjugate gradient",
-    Algorithm.BFGS: "BFGS",
-}
-_FUNCTIONS: dict[Algorithm, Callable[[Problem, Floats, Watch], None]] = {
-    Algorithm.LM: levenberg_marquardt,
-    Algorithm.RPROP: resilient_backpropagation,
-    Algorithm.SCG: scaled_conjugate_gradient,
-    Algorithm.BFGS: quasi_newton,
+_KNOWN: dict[Algorithm, tuple[str, Callable[[Problem, Floats, Watch], None]]] = {
+    Algorithm.LM: ("Levenberg-Marquardt", levenberg_marquardt),
+    Algorithm.RPROP: ("resilient backpropagation", resilient_backpropagation),
+    Algorithm.SCG: ("scaled conjugate gradient", scaled_conjugate_gradient),
+    Algorithm.BFGS: ("BFGS", quasi_newton),
 }

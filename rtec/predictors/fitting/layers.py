@@ -10,12 +10,10 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors._columns import Floats
 from rtec.predictors.fitting._layers_kernels import answer, bend, bend_last, through, through_last
-
-Floats = npt.NDArray[np.float64]
 
 _ACTIVE = 4.0
 """Half width of the inputs to which a logistic neuron answers (Nguyen and Widrow 1990, as MATLAB has it)."""

@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors._columns import column
+from rtec.predictors._columns import Floats, column
 from rtec.predictors.binding import axis_name
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.tables import SAME_TARGET_MM
 
-Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 FEWEST_POINTS_A_TURN = 4

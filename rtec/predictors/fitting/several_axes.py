@@ -8,17 +8,15 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import block_diag, null_space
 from threadpoolctl import threadpool_limits
 
 from rtec.errors import ArgumentError
+from rtec.predictors._columns import Floats
 from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.binding import axis_name
 from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.tables import SAME_TARGET_MM
-
-Floats = npt.NDArray[np.float64]
 
 MOST_OWN, MOST_OTHERS = 200, 30
 """Points of a table of the measured axis, and of one of another axis or of angles."""

@@ -10,11 +10,11 @@ import numpy.typing as npt
 from scipy.linalg import solveh_banded
 
 from rtec.errors import ArgumentError
+from rtec.predictors._columns import Floats
 from rtec.predictors.between import Between
 from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.tables import SAME_TARGET_MM, BidirectionalTable, UnidirectionalTable
 
-Floats = npt.NDArray[np.float64]
 Table = UnidirectionalTable | BidirectionalTable
 
 SPACINGS = 12

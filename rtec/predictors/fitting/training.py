@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors._columns import Floats
 from rtec.predictors._kernels import within_turn
 from rtec.predictors.binding import axis_name
 from rtec.predictors.fitting.algorithms import Algorithm, Problem
@@ -18,7 +18,6 @@ from rtec.predictors.fitting.layers import Layers, Shape
 from rtec.predictors.fitting.samples import Samples, means_over_turns
 from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 
-Floats = npt.NDArray[np.float64]
 FIRST_SHARE = 0.6
 """Of the time, that the first of two networks gets."""
 
@@ -230,7 +229,6 @@ def _trained(
     limit: Limit,
     tell: Callable[[float], None],
 ) -> tuple[LayeredNetwork, Course]:
-    """Return the best network of several starts."""
     ends = {"position": span_mm, WAY: (0.0, 1.0), TURN: (0.0, pitch_mm)}
     ends |= {axis_name(axis): (float(x.min()), float(x.max())) for axis, x in seen.others_mm.items()}
     middle, half = (np.array([0.5 * (ends[n][1] + sign * ends[n][0]) for n in inputs]) for sign in (1.0, -1.0))

@@ -126,7 +126,6 @@ def _panel(dataset: Dataset, terms: tuple[Term, ...]) -> Panel:
 
 
 def _sections(c: Conditions) -> tuple[Way, ...]:
-    """Return the readings of the three thirds of the axis."""
     edges = c.position.min() + c.span * np.arange(4) / 3.0
     unit = symbol(c.position_unit)
     section = np.clip(np.searchsorted(edges, c.position, side="right") - 1, 0, 2)

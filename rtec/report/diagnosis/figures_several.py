@@ -61,7 +61,6 @@ def _short(name: str) -> str:
 
 
 def _along(axes: Axes, dataset: Dataset, shown: Shown, label: str, colour: str) -> None:
-    """Draw the mean readings at each place, of each direction where there are two."""
     c = dataset.conditions
     ways = np.ones(dataset.rows) if c.direction is None else np.sign(c.direction)
     for way, dash in ((1.0, "-"), (-1.0, "--"), (0.0, ":")):
@@ -74,7 +73,6 @@ def _along(axes: Axes, dataset: Dataset, shown: Shown, label: str, colour: str) 
 
 
 def _bars(axes: Axes, results: Results, shown: Shown) -> None:
-    """Draw what was measured, what is left and the noise of each measurement as bars."""
     heads = ("measured", "left", "noise")
     width = 0.8 / len(results)
     for number, one in enumerate(results.values()):

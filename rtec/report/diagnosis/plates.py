@@ -95,7 +95,6 @@ def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> lis
 def _plates(
     dataset: Dataset, before: Model | None, model: Model, noise: NoiseFloor, diagnosis: Diagnosis | None
 ) -> list[Plate]:
-    """Return the plates that a diagnosis and a comparison share."""
     unknown = None if diagnosis is None else diagnosis.unknown
     moving = dataset.coordinates.moving and dataset.coordinates.time_s is not None
     return [

@@ -96,7 +96,6 @@ def _means(axes: Axes, at: TargetFigures, units: SheetUnits) -> None:
 
 
 def _of_way(at: TargetFigures, way: str) -> tuple[Floats, Floats]:
-    """Return means and two standard deviations of a direction."""
     if way == "forward":
         return at.mean_forward, 2.0 * at.spread_forward
     return at.mean_backward, 2.0 * at.spread_backward
@@ -134,7 +133,6 @@ def _dimensions(axes: Axes, test: SheetOfTest, units: SheetUnits, decimals: int)
 
 
 def _extremes(x: Floats, low: Floats, high: Floats, factor: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return place and value of the smallest of ``low`` and of the largest of ``high``."""
     least = int(np.nanargmin(low)) % x.size
     most = int(np.nanargmax(high)) % x.size
     return (x[least], float(np.nanmin(low)) * factor), (x[most], float(np.nanmax(high)) * factor)

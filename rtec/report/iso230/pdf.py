@@ -98,7 +98,6 @@ class _Pages:
         self.y = _TOP
 
     def _need(self, lines: float) -> Figure:
-        """Return the page that has room for so many lines."""
         if not self.made or self.y - lines * _LINE < _BOTTOM:
             self.new()
         return self.made[-1]
@@ -157,7 +156,6 @@ class _Pages:
             self.y -= _LINE
 
     def _head(self, headings: Sequence[str], ends: Sequence[float]) -> None:
-        """Write the headings of a table and a line below them."""
         from matplotlib.lines import Line2D  # noqa: PLC0415 - as above
 
         letters = int((ends[1] - ends[0] if len(ends) > 1 else 0.3) * 125)

@@ -130,7 +130,6 @@ def sheet_of(tests: Sequence[JudgedTest], unit: str | None) -> Sheet:
 
 
 def _finding(documents: Sequence[dict[str, Any]], units: SheetUnits, decimals: int) -> str:
-    """Return the main figures in a sentence, the tests in turn."""
     said = []
     for key in ("A", "R", "E", "B", "M", "A_forward", "A_backward", "E_forward", "E_backward"):
         values = [document[key] for document in documents]
