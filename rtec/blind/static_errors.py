@@ -299,13 +299,9 @@ def table_of(plan: Plan, parts: list[tuple[StaticError, float]]) -> Predictor:
     """
     if not parts:
         return NoError()
-    x = grid_of(plan)
-    return BidirectionalTable(
-        forward_positions_mm=x,
-        forward_errors_mm=np.sum([factor * part.forward_mm for part, factor in parts], axis=0),
-        reverse_positions_mm=x,
-        reverse_errors_mm=np.sum([factor * part.reverse_mm for part, factor in parts], axis=0),
-    )
+    forward_mm = np.sum([factor * part.forward_mm for part, factor in parts], axis=0)
+    reverse_mm = np.sum([factor * part.reverse_mm for part, factor in parts], axis=0)
+    return BidirectionalTable.on_grid(grid_of(plan), forward_mm, reverse_mm)
 
 
 def at_readings(plan: Plan, error: StaticError, position_mm: Floats, direction: Floats) -> Floats:

@@ -260,12 +260,7 @@ def sinusoidal_table(
     """Return an error that changes by up to 20 um a millimetre, with a backlash; a hot machine has an offset."""
     positions_mm = np.linspace(-20.0, 120.0, 281)
     forward_mm = amplitude_mm * np.sin(positions_mm) + offset_mm
-    return BidirectionalTable(
-        forward_positions_mm=positions_mm,
-        forward_errors_mm=forward_mm,
-        reverse_positions_mm=positions_mm,
-        reverse_errors_mm=forward_mm + backlash_mm,
-    )
+    return BidirectionalTable.on_grid(positions_mm, forward_mm, forward_mm + backlash_mm)
 
 
 def _slope(predictor: Predictor) -> float:

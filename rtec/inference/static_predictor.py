@@ -155,12 +155,7 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     grid = np.linspace(low_mm, high_mm, points + 1)
     kept = model.with_terms(term for term in model.terms if term not in fine)
     (forward_mm, left_out), (reverse_mm, _) = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
-    table = BidirectionalTable(
-        forward_positions_mm=grid,
-        forward_errors_mm=forward_mm,
-        reverse_positions_mm=grid,
-        reverse_errors_mm=reverse_mm,
-    )
+    table = BidirectionalTable.on_grid(grid, forward_mm, reverse_mm)
     too_fine = [LeftOut(effect=term.name, why=f"its waves of {waves[term]:.3g} mm are too short") for term in fine]
     return table, (*left_out, *too_fine)
 

@@ -7,16 +7,14 @@ The correction counters are driven towards the error (added counts pull the axis
 control holds its negative.
 """
 
-from rtec.predictors._rows import LengthUnit
 from rtec.predictors.axis_tables import AxisTables
 from rtec.predictors.cautious import Cautious
 from rtec.predictors.curve import NoError
-from rtec.predictors.linuxcnc_table import read_linuxcnc_table
 from rtec.predictors.network import LatheNetwork
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
-from rtec.predictors.protocol import FORWARD, REVERSE, Model, Outside, Predictor
+from rtec.predictors.protocol import FORWARD, REVERSE, Model, Predictor
 from rtec.predictors.step_model import StepModel, growth
-from rtec.predictors.table_files import read_table, write_table
+from rtec.predictors.table_files import LengthUnit, read_linuxcnc_table, read_table, write_table
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
 
 __all__ = [
@@ -30,7 +28,6 @@ __all__ = [
     "LengthUnit",
     "Model",
     "NoError",
-    "Outside",
     "Predictor",
     "StepModel",
     "UnidirectionalTable",

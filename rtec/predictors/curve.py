@@ -12,7 +12,6 @@ from rtec.errors import ArgumentError
 from rtec.predictors import _kernels
 from rtec.predictors._columns import Floats
 from rtec.predictors.binding import CURVE, bound
-from rtec.predictors.protocol import Outside
 
 BESIDE_MM = 1.0
 """Beyond the places of other axes that were measured, where a predictor holds its ends: a corrected axis at the end
@@ -60,14 +59,8 @@ class Curve(ABC):
     def range_mm(self) -> tuple[float, float]:
         """Lowest and highest position, in mm, for which both directions are known."""
 
-    def error_mm(
-        self,
-        position_mm: npt.ArrayLike,
-        direction: npt.ArrayLike,
-        *others_mm: npt.ArrayLike,
-        outside: Outside = Outside.HOLD,
-    ) -> Floats:
-        """Return the error, actual minus target, at each position.
+    def error_mm(self, position_mm: npt.ArrayLike, direction: npt.ArrayLike, *others_mm: npt.ArrayLike) -> Floats:
+        """Return the error, actual minus target, at each position; beyond ``range_mm`` that of the nearest end.
 
         Parameters
         ----------
@@ -77,8 +70,6 @@ class Curve(ABC):
             +1 forward or -1 reverse, of a shape that broadcasts with the positions.
         *others_mm
             Where other axes stand, in mm, in the order of ``inputs``; of such shapes, too.
-        outside
-            What to do with positions outside ``range_mm``, and of other axes outside ``ranges``.
 
         Returns
         -------
@@ -88,8 +79,8 @@ class Curve(ABC):
         Raises
         ------
         ArgumentError
-            A position that is not a finite number, a direction other than +1 and -1, shapes that do not fit, more or
-            fewer axes than the predictor looks at, or, with ``Outside.REFUSE``, a position outside the range.
+            A position that is not a finite number, a direction other than +1 and -1, shapes that do not fit, or
+            more or fewer axes than the predictor looks at.
 
         Examples
         --------
@@ -106,10 +97,6 @@ class Curve(ABC):
         except ValueError:
             found = ", ".join(str(each.shape) for each in given[1:])
             raise ArgumentError("direction", f"shape {found}", f"a shape that fits {given[0].shape}") from None
-        if outside is Outside.REFUSE:
-            _refuse_outside("position_mm", x, self.range_mm)
-            for name, values in zip(names, others, strict=True):
-                _refuse_outside(name, values, self.ranges.get(name, (-np.inf, np.inf)))
         x_mm, way = columns[0].ravel(), columns[1].astype(np.int64).ravel()
         along = np.array([each.ravel() for each in columns[2:]]).reshape(len(names), x_mm.size)
         error = np.empty(x_mm.size)
@@ -155,18 +142,6 @@ class NoError(Curve):
 
     def __repr__(self) -> str:
         return "NoError()"
-
-
-def _refuse_outside(name: str, values: Floats, ends: tuple[float, float]) -> None:
-    low, high = ends
-    beyond = values[(values < low) | (values > high)]
-    if beyond.size:
-        raise ArgumentError(
-            name,
-            f"{beyond.flat[0]:.12g} mm",
-            f"{low:.12g} to {high:.12g} mm, the range of the predictor",
-            "stay inside, or hold the error at the ends",
-        )
 
 
 def _numbers(name: str, values: npt.ArrayLike) -> Floats:

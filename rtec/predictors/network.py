@@ -39,11 +39,6 @@ class LatheNetwork(Curve):
     >>> lathe = LatheNetwork()
     >>> [round(float(lathe.error_mm(508.0, way)) * 1000, 1) for way in (+1, -1)]
     [38.7, 115.9]
-    >>> from rtec.predictors import Outside
-    >>> lathe.error_mm(1018.54, +1, outside=Outside.REFUSE)
-    Traceback (most recent call last):
-    rtec.errors.ArgumentError: position_mm: 1018.54 mm is not valid; use 25.4 to 1016 mm, the range of the \
-predictor; stay inside, or hold the error at the ends
     """
 
     __slots__ = ()

@@ -42,10 +42,9 @@ from rtec.io import Section, read_toml, write_lines
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._columns import column, span
 from rtec.predictors.axis_tables import AxisTable, AxisTables
-from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
-from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
+from rtec.predictors.tables import Between, BidirectionalTable, UnidirectionalTable
 from rtec.units import LENGTH
 
 VERSION = 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from enum import Enum
 from typing import Protocol, runtime_checkable
 
 import numpy.typing as npt
@@ -14,15 +13,6 @@ FORWARD = 1
 """Direction of motion towards larger positions."""
 REVERSE = -1
 """Direction of motion towards smaller positions."""
-
-
-class Outside(Enum):
-    """What to say of a position outside the range for which the predictor was made."""
-
-    HOLD = "hold"
-    """Hold the error of the nearest end (thesis 3.1.1)."""
-    REFUSE = "refuse"
-    """Raise an error that names the position."""
 
 
 @runtime_checkable
@@ -62,11 +52,5 @@ class Model(Protocol):
 class Predictor(Model, Protocol):
     """A model of position and direction, a curve for each direction; perhaps of where other axes stand, too."""
 
-    def error_mm(
-        self,
-        position_mm: npt.ArrayLike,
-        direction: npt.ArrayLike,
-        *others_mm: npt.ArrayLike,
-        outside: Outside = Outside.HOLD,
-    ) -> Floats:
+    def error_mm(self, position_mm: npt.ArrayLike, direction: npt.ArrayLike, *others_mm: npt.ArrayLike) -> Floats:
         """Return the error in mm at each position."""

@@ -1,4 +1,4 @@
-"""Tables of errors as CSV files.
+"""Tables of errors as files: CSV, and the compensation files of LinuxCNC.
 
 The CSV has ``#`` comments, one header line and one row a position::
 
@@ -13,19 +13,42 @@ and a comment ``# backlash: 70 um`` says how far the reverse curve lies above th
 
 from __future__ import annotations
 
+import math
 import re
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.io import read_text, write_lines
-from rtec.predictors._columns import LARGEST
-from rtec.predictors._rows import LARGEST_FILE, QUANTITIES, LengthUnit, bidirectional, columns_of, row_of
+from rtec.predictors._columns import LARGEST, Floats, first_disorder
 from rtec.predictors.tables import BidirectionalTable, UnidirectionalTable
-from rtec.units import LENGTH, parse_quantity
+from rtec.units import LENGTH, UNITS, parse_quantity
 
+LARGEST_FILE = 16_000_000
+"""Largest file read, in bytes: several hundred thousand positions."""
+QUANTITIES = ("position", "forward", "reverse")
+"""The columns of a table: position, error forward, error in reverse."""
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _BACKLASH = re.compile(r"#\s*backlash\s*:\s*(.*)", re.IGNORECASE)
+
+
+class LengthUnit(Enum):
+    """Units of length in a table file; the value is the unit in millimetres."""
+
+    MM = UNITS["mm"].factor
+    UM = UNITS["um"].factor
+    INCH = UNITS["inch"].factor
+
+
+class CompensationKind(Enum):
+    """What the second and third column of a LinuxCNC compensation file hold (``COMP_FILE_TYPE``)."""
+
+    POSITIONS = 0
+    """The positions reached, forward and reverse: the error is position minus nominal."""
+    TRIMS = 1
+    """Nominal minus the position reached: the error is the negative."""
 
 
 def read_table(path: str | Path) -> UnidirectionalTable | BidirectionalTable:
@@ -69,11 +92,11 @@ def read_table(path: str | Path) -> UnidirectionalTable | BidirectionalTable:
         elif not header:
             header = _header(path, number, line)
         else:
-            rows.append(row_of(path, number, line.split(","), [name for name, _ in header]))
+            rows.append(_row(path, number, line.split(","), [name for name, _ in header]))
             lines.append(number)
     if not header:
         raise FileFormatError(path, None, "no header line", "a header such as position_mm,forward_um,reverse_um")
-    columns = columns_of(path, rows, lines, header)
+    columns = _columns(path, rows, lines, header)
     if "reverse" not in columns:
         if backlash_mm is None:
             raise FileFormatError(
@@ -84,7 +107,7 @@ def read_table(path: str | Path) -> UnidirectionalTable | BidirectionalTable:
         )
     if backlash_mm is not None:
         raise FileFormatError(path, None, "a column reverse_... and a backlash", "one of them")
-    return bidirectional(columns["position"], columns["forward"], columns["reverse"])
+    return BidirectionalTable.on_grid(columns["position"], columns["forward"], columns["reverse"])
 
 
 def write_table(
@@ -157,3 +180,87 @@ def _backlash(path: str | Path, number: int, text: str, known_mm: float | None) 
     if not abs(value_mm) <= LARGEST:
         raise FileFormatError(path, number, f"backlash: {value_mm:g} mm", f"at most {LARGEST:g} mm either way")
     return value_mm
+
+
+def read_linuxcnc_table(
+    path: str | Path, *, unit: LengthUnit, kind: CompensationKind = CompensationKind.POSITIONS
+) -> BidirectionalTable:
+    r"""Read a compensation file of LinuxCNC: nominal, forward, reverse on each line.
+
+    Parameters
+    ----------
+    path
+        The file: three numbers a line, separated by blanks, without comments.
+    unit
+        The machine's unit of length; the file does not say it.
+    kind
+        ``COMP_FILE_TYPE`` of the machine's INI file.
+
+    Raises
+    ------
+    FileFormatError
+        The file cannot be read, a line is no triple of numbers (LinuxCNC itself would silently stop there), or the
+        nominal positions do not ascend.
+
+    References
+    ----------
+    LinuxCNC, INI configuration, ``[JOINT_n]``: ``COMP_FILE`` and ``COMP_FILE_TYPE``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "z.comp"
+    ...     _ = path.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
+    ...     table = read_linuxcnc_table(path, unit=LengthUnit.MM)
+    >>> table.error_mm(10.0, [+1, -1]).round(9)
+    array([ 0.002, -0.001])
+    """
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    for number, line in enumerate(read_text(path, most_bytes=LARGEST_FILE).rstrip().splitlines(), start=1):
+        rows.append(_row(path, number, line.split(), ["nominal", "forward", "reverse"]))
+        lines.append(number)
+    header = [(name, unit) for name in QUANTITIES]
+    columns = _columns(path, rows, lines, header)
+    nominal, forward, reverse = (columns[name] for name in QUANTITIES)
+    if kind is CompensationKind.POSITIONS:
+        return BidirectionalTable.on_grid(nominal, forward - nominal, reverse - nominal)
+    return BidirectionalTable.on_grid(nominal, -forward, -reverse)
+
+
+def _row(path: str | Path, number: int, cells: list[str], names: list[str]) -> list[float]:
+    """Return the numbers of a line, one for each name."""
+    if len(cells) != len(names):
+        raise FileFormatError(path, number, f"a row of {len(cells)}", f"{len(names)} numbers: {', '.join(names)}")
+    values = []
+    for cell, name in zip(cells, names, strict=True):
+        word = cell.strip()
+        if not word:
+            raise FileFormatError(path, number, f"{name} is missing", "a decimal number")
+        if not _NUMBER.fullmatch(word) or not math.isfinite(value := float(word)):
+            raise FileFormatError(path, number, f"{name}: {word[:40]!r}", "a finite decimal number")
+        values.append(value)
+    return values
+
+
+def _columns(
+    path: str | Path, rows: list[list[float]], lines: list[int], header: list[tuple[str, LengthUnit]]
+) -> dict[str, Floats]:
+    """Return each quantity in mm, after a check of size and order that names the line."""
+    if len(rows) < 2:
+        raise FileFormatError(path, None, f"a table of {len(rows)} positions", "at least two positions")
+    table = np.array(rows) * np.array([unit.value for _, unit in header])
+    bad = np.argwhere(~(np.abs(table) <= LARGEST))
+    if bad.size:
+        row, place = bad[0].tolist()
+        raise FileFormatError(
+            path, lines[row], f"{header[place][0]}: {rows[row][place]:g}", f"at most {LARGEST:g} mm either way"
+        )
+    columns = {name: table[:, place] for place, (name, _) in enumerate(header)}
+    index = first_disorder(columns["position"])
+    if index is not None:
+        place = [name for name, _ in header].index("position")
+        problem = f"position {rows[index][place]:.15g} after {rows[index - 1][place]:.15g}"
+        raise FileFormatError(path, lines[index], problem, "strictly ascending positions, each once")
+    return columns

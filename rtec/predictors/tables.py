@@ -7,18 +7,47 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Self
 
+import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
+from rtec.predictors import _kernels
 from rtec.predictors._columns import Floats, ascending, column, first_disorder
-from rtec.predictors.between import Between
 from rtec.predictors.curve import Curve
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 
 SAME_TARGET_MM = 1e-6
 """Targets closer than this are readings of one target: 1 nm, far above rounding, far below any scale."""
+
+
+class Between(Enum):
+    """How the error goes from one point of a table to the next."""
+
+    LINES = "linear"
+    """Straight lines, as controls have them (thesis 3.1.1)."""
+    CUBIC = "cubic"
+    """Monotone cubics (Fritsch and Butland 1984): smooth, and between two points never beyond them."""
+
+    @property
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return _kernels.table_error if self is Between.LINES else _kernels.cubic_error
+
+    def numbers(self, *ways: tuple[Floats, Floats]) -> Floats:
+        """Return positions and errors of both directions as the compiled function takes them."""
+        return np.concatenate([self._of_one(positions, errors) for positions, errors in ways])
+
+    def _of_one(self, positions: Floats, errors: Floats) -> Floats:
+        columns = [np.array([float(positions.size)]), positions, errors]
+        if self is Between.CUBIC:
+            # a quarter of a second, and most tables are of straight lines
+            from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - see above
+
+            columns.append(PchipInterpolator(positions, errors).derivative()(positions))
+        return np.concatenate(columns)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -146,6 +175,23 @@ class BidirectionalTable(Curve):
             )
 
     @classmethod
+    def on_grid(
+        cls,
+        positions_mm: Floats,
+        forward_mm: Floats,
+        reverse_mm: Floats,
+        between: Between = Between.LINES,
+    ) -> Self:
+        """Return the table of two errors at the same positions, shape (n,) each, in mm."""
+        return cls(
+            forward_positions_mm=positions_mm,
+            forward_errors_mm=forward_mm,
+            reverse_positions_mm=positions_mm,
+            reverse_errors_mm=reverse_mm,
+            between=between,
+        )
+
+    @classmethod
     def sampled_from(cls, predictor: Predictor, grid_mm: npt.ArrayLike) -> Self:
         """Return the table that a perfect measurement of ``predictor`` on a grid would give.
 
@@ -164,12 +210,7 @@ class BidirectionalTable(Curve):
         array([112., 116., 118.])
         """
         grid = ascending("grid_mm", grid_mm)
-        return cls(
-            forward_positions_mm=grid,
-            forward_errors_mm=predictor.error_mm(grid, FORWARD),
-            reverse_positions_mm=grid,
-            reverse_errors_mm=predictor.error_mm(grid, REVERSE),
-        )
+        return cls.on_grid(grid, predictor.error_mm(grid, FORWARD), predictor.error_mm(grid, REVERSE))
 
     @property
     def function(self) -> Callable[..., float]:

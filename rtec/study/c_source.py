@@ -20,10 +20,10 @@ import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import AxisTables, BidirectionalTable, Predictor, UnidirectionalTable
-from rtec.predictors.between import Between
 from rtec.predictors.binding import CURVE, OF_AXIS
 from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
+from rtec.predictors.tables import Between
 from rtec.study.compensation import Compensation
 
 Floats = npt.NDArray[np.float64]

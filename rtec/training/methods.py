@@ -12,12 +12,12 @@ from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
 from rtec.inference.static_predictor import predictor_of_model
 from rtec.predictors import BidirectionalTable, NoError, Predictor, UnidirectionalTable
-from rtec.predictors.between import Between
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, points_a_turn, together
 from rtec.predictors.fitting.several_axes import Geometry, fit_across
 from rtec.predictors.fitting.spaced_tables import Table, spaced_table, table_of
 from rtec.predictors.fitting.training import Course, Design, Effort, Limit, train
+from rtec.predictors.tables import Between
 from rtec.training.parts import Parts
 from rtec.training.results import Kind
 

@@ -1,7 +1,7 @@
 """The four training algorithms of the thesis: each lowers the sum of squares of a network, epoch by epoch.
 
 An algorithm is a function ``(problem, weights, watch)``. After every epoch it shows its weights to ``watch``, which
-says whether it goes on; so goal, early stopping, budget and Ctrl-C are one and the same for all.
+says whether it goes on; so early stopping, budget and Ctrl-C are one and the same for all.
 """
 
 from __future__ import annotations

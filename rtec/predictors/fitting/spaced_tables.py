@@ -11,9 +11,8 @@ from scipy.linalg import solveh_banded
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
-from rtec.predictors.between import Between
 from rtec.predictors.fitting.samples import Samples
-from rtec.predictors.tables import SAME_TARGET_MM, BidirectionalTable, UnidirectionalTable
+from rtec.predictors.tables import SAME_TARGET_MM, Between, BidirectionalTable, UnidirectionalTable
 
 Table = UnidirectionalTable | BidirectionalTable
 
@@ -158,13 +157,7 @@ def _table(ways: dict[int, Samples], grid: Floats, kind: type[Table], between: B
         return UnidirectionalTable(
             positions_mm=grid, errors_mm=errors, backlash_mm=float(lost.mean()), between=between
         )
-    return BidirectionalTable(
-        forward_positions_mm=grid,
-        forward_errors_mm=errors,
-        reverse_positions_mm=grid,
-        reverse_errors_mm=fitted_points(grid, reverse),
-        between=between,
-    )
+    return BidirectionalTable.on_grid(grid, errors, fitted_points(grid, reverse), between)
 
 
 def fitted_points(grid: Floats, samples: Samples) -> Floats:

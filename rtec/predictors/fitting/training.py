@@ -66,31 +66,27 @@ class Effort:
         Of a training, at most.
     patience
         Epochs without a lower error on the readings that it does not see, after which a training ends.
-    goal_mm2
-        Sum of squares at which a training ends; 0: never.
     seed
         Draws the first weights.
 
     Raises
     ------
     ArgumentError
-        A number that is not above zero; a goal or a seed below zero.
+        A number that is not above zero; a seed below zero.
     """
 
     algorithm: Algorithm = Algorithm.LM
     starts: int = 10
     epochs: int = 1000
     patience: int = 200
-    goal_mm2: float = 0.0
     seed: int = 0
 
     def __post_init__(self) -> None:
         for name in ("starts", "epochs", "patience"):
             if getattr(self, name) < 1:
                 raise ArgumentError(name, getattr(self, name), "1 or more")
-        for name in ("goal_mm2", "seed"):
-            if not getattr(self, name) >= 0:
-                raise ArgumentError(name, getattr(self, name), "0 or more")
+        if self.seed < 0:
+            raise ArgumentError("seed", self.seed, "0 or more")
 
 
 @dataclass(slots=True, kw_only=True)
@@ -107,8 +103,6 @@ class Course:
         Of all starts together.
     squares_mm2
         Sum of squares of the weights that were kept, over what was trained on.
-    goal
-        Whether it was reached.
     """
 
     train_mm: list[float] = field(default_factory=list)
@@ -116,7 +110,6 @@ class Course:
     seconds: float = 0.0
     epochs: int = 0
     squares_mm2: float = math.nan
-    goal: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -313,17 +306,14 @@ class _Best:
             return False
         course.train_mm.append(math.sqrt(squares / self._rows) * self._factor)
         course.unseen_mm.append(unseen)
-        squares_mm2 = squares * self._factor**2
-        course.goal = squares_mm2 <= effort.goal_mm2
         self._since = 0 if unseen < self._here else self._since + 1
         self._here = min(self._here, unseen)
         if unseen < self._lowest:
             self._lowest, self.weights = unseen, weights.copy()
-            course.squares_mm2 = squares_mm2
+            course.squares_mm2 = squares * self._factor**2
             course.epochs = self.course.epochs
             self.course = course
             self._tell(unseen)
         self._epochs += 1
         self.course.epochs = self._epochs
-        more = len(course.train_mm) <= effort.epochs and self._since < effort.patience
-        return more and not course.goal and not self._limit.reached
+        return len(course.train_mm) <= effort.epochs and self._since < effort.patience and not self._limit.reached

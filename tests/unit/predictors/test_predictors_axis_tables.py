@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
-from rtec.predictors import AxisTables, Cautious, KnownPredictor, Outside, read_predictor, write_predictor
+from rtec.predictors import AxisTables, Cautious, KnownPredictor, read_predictor, write_predictor
 from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.binding import bound, check_axis
 from rtec.predictors.curve import NoError
@@ -52,13 +52,6 @@ def test_how_many_axes_it_looks_at_is_said():
         NoError().error_mm(0.0, 1, 5.0)
     with pytest.raises(ArgumentError, match="position_12"):
         TABLES.error_mm(0.0, 1, 5.0, np.nan)
-
-
-def test_outside_the_places_of_another_axis_it_can_refuse():
-    inside = TABLES.error_mm(0.0, 1, -5.5, 80.0, outside=Outside.REFUSE)
-    assert inside == pytest.approx(by_the_words(0.0, 1, -5.0, 80.0), abs=1e-15)
-    with pytest.raises(ArgumentError, match="position_2: 252 mm"):
-        TABLES.error_mm(0.0, 1, 252.0, 80.0, outside=Outside.REFUSE)
 
 
 def test_the_loops_ask_it_only_where_it_was_made():

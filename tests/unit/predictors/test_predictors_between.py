@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import PchipInterpolator
 
 from rtec.predictors import BidirectionalTable, UnidirectionalTable
-from rtec.predictors.between import Between
+from rtec.predictors.tables import Between
 
 POINTS = np.array([0.0, 1.0, 2.5, 3.0, 7.0, 8.0, 20.0])
 ERRORS = np.array([0.0, 2.0, 2.0, -1.0, 4.0, 3.0, 3.5]) * 1e-3

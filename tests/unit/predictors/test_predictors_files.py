@@ -14,8 +14,7 @@ from rtec.predictors import (
     read_table,
     write_table,
 )
-from rtec.predictors._rows import LARGEST_FILE
-from rtec.predictors.linuxcnc_table import CompensationKind
+from rtec.predictors.table_files import LARGEST_FILE, CompensationKind
 
 BOTH = BidirectionalTable(
     forward_positions_mm=[25.4, 50.8, 76.3],

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from rtec.errors import ArgumentError
-from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Outside, Predictor
+from rtec.predictors import FORWARD, REVERSE, LatheNetwork, Predictor
 
 INCH = 25.4
 LATHE = LatheNetwork()
@@ -87,14 +87,6 @@ def test_held_outside_the_trained_range():
     ends = LATHE.error_mm([INCH, 40.0 * INCH], FORWARD)
     assert beyond.tolist() == [ends[0], ends[1], ends[0], ends[1]]
     assert LATHE.range_mm == (25.4, 1016.0)
-
-
-def test_refused_outside_the_range_on_request():
-    assert LATHE.error_mm([25.4, 1016.0], REVERSE, outside=Outside.REFUSE).shape == (2,)
-    with pytest.raises(ArgumentError, match=r"1018\.54 mm is not valid; use 25\.4 to 1016 mm"):
-        LATHE.error_mm([508.0, 40.1 * INCH], REVERSE, outside=Outside.REFUSE)
-    with pytest.raises(ArgumentError, match=r"22\.86 mm"):
-        LATHE.error_mm(0.9 * INCH, FORWARD, outside=Outside.REFUSE)
 
 
 def test_positions_and_directions_broadcast():

@@ -8,9 +8,9 @@ from numpy.testing import assert_array_equal
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.predictors import BidirectionalTable, NoError, UnidirectionalTable
-from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
+from rtec.predictors.tables import Between
 
 NETWORK = """\
 predictor = "networks"

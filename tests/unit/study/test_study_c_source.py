@@ -14,9 +14,9 @@ from scipy.interpolate import PchipInterpolator
 from rtec.errors import ArgumentError
 from rtec.predictors import AxisTables, BidirectionalTable, LatheNetwork, UnidirectionalTable
 from rtec.predictors.axis_tables import AxisTable
-from rtec.predictors.between import Between
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
+from rtec.predictors.tables import Between
 from rtec.study.c_source import Precision, name_in_c, predictor_lines
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wmissing-prototypes")

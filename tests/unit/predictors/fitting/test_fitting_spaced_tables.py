@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 
 from rtec.errors import ArgumentError
 from rtec.predictors import BidirectionalTable, UnidirectionalTable
-from rtec.predictors.between import Between
 from rtec.predictors.fitting.samples import Samples
 from rtec.predictors.fitting.spaced_tables import fitted_points, spaced_table, table_of
+from rtec.predictors.tables import Between
 
 LENGTH = 200.0
 

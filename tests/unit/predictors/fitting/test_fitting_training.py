@@ -83,21 +83,6 @@ def test_more_starts_are_never_worse_and_the_best_is_kept():
     assert found[-1] < found[0]
 
 
-def test_the_goal_ends_a_training():
-    samples = readings(noise_mm=1e-4)
-    free, aimed = (
-        train(SMALL, samples, readings(offset_mm=0.5), Effort(starts=1, epochs=200, goal_mm2=goal)).courses[0]
-        for goal in (0.0, 1e-4)
-    )
-    assert aimed.goal
-    assert not free.goal
-    assert aimed.epochs < free.epochs
-    # the goal is reached with the last epoch and not before
-    squares = np.array(aimed.train_mm) ** 2 * samples.rows
-    assert squares[-1] <= 1e-4 < squares[-2]
-    assert aimed.squares_mm2 == pytest.approx(squares[-1])
-
-
 def test_a_training_ends_where_other_readings_are_foretold_no_better():
     noisy, unseen = readings(noise_mm=5e-3, step_mm=2.0), readings(noise_mm=5e-3, offset_mm=1.0, step_mm=2.0, seed=9)
     effort = Effort(starts=1, epochs=1000, patience=7)
@@ -174,7 +159,7 @@ def test_a_network_for_the_turn_needs_a_pitch():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("starts", 0), ("epochs", 0), ("patience", -1), ("goal_mm2", -1.0), ("goal_mm2", math.nan), ("seed", -1)],
+    [("starts", 0), ("epochs", 0), ("patience", -1), ("seed", -1)],
 )
 def test_an_effort_that_cannot_be(name, value):
     with pytest.raises(ArgumentError) as caught:
