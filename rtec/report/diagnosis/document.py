@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from rtec.inference.collinear import collinear_pairs, nested
 from rtec.inference.fit import values_of
-from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Step, Unknown, Value
+from rtec.inference.results import Candidate, Diagnosis, Step, Unknown, Value
 from rtec.io import strict
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 
 if TYPE_CHECKING:
-    from rtec.inference.compare import Comparison, Where
+    from rtec.inference.compare import Comparison, Stretch
 
 
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -35,13 +35,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": list(diagnosis.effects),
         "steps": [_step(step, shown) for step in diagnosis.steps],
         "candidates": [_candidate(candidate, shown) for candidate in diagnosis.candidates],
-        "noise_floor": shown.number(diagnosis.noise.floor),
         "final": _final(diagnosis),
-        "rms_before": shown.number(diagnosis.rms_before),
-        "rms_heldout_before": shown.number(diagnosis.rms_heldout_before),
-        "rms_after": shown.number(diagnosis.rms_after),
-        "rms_heldout": shown.number(diagnosis.rms_heldout),
-        "unit": shown.unit,
+        **_in_unit(shown, diagnosis, "rms_before", "rms_heldout_before", "rms_after"),
         "not_testable": dict(diagnosis.not_testable),
         "minimum_detectable": {name: shown.number(value) for name, value in diagnosis.minimum_detectable},
         "outliers": [
@@ -51,19 +46,14 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "unseen_periods": list(diagnosis.unseen_periods),
         "unknown": _unknown(diagnosis.unknown, diagnosis.dataset.units.position),
         "suggested_experiment": diagnosis.experiment.text,
-        "observe": diagnosis.dataset.observe,
-        "source": diagnosis.dataset.source,
-        "rows": diagnosis.dataset.rows,
-        "heldout_by": diagnosis.heldout_by,
-        "heldout_rows": diagnosis.dataset.rows if diagnosis.heldout is None else diagnosis.heldout.rows,
-        "datum": shown.number(diagnosis.model.datum),
-        "noise": noise_document(diagnosis.noise, shown),
         "lack_of_fit": dict(diagnosis.lack_of_fit),
-        "look_alikes": _collinear_pairs(diagnosis),
+        "look_alikes": [
+            {"effects": [first, second], "cosine": cosine, "nested": nested(first, second)}
+            for first, second, cosine in collinear_pairs(diagnosis.cosines)
+        ],
         "notes": list(dict.fromkeys([*diagnosis.dataset.notes, *diagnosis.notes])),
     }
-    cleaned: dict[str, Any] = strict(document)
-    return cleaned
+    return _document(diagnosis, shown, document)
 
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
@@ -81,54 +71,47 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
     """
     shown = shown_of(comparison.dataset.units)
     document = {
-        "rms": shown.number(comparison.rms),
-        "rms_heldout": shown.number(comparison.rms_heldout),
-        "noise_floor": shown.number(comparison.noise.floor),
-        "unit": shown.unit,
-        "rows": comparison.dataset.rows,
-        "observe": comparison.dataset.observe,
-        "source": comparison.dataset.source,
+        **_in_unit(shown, comparison, "rms"),
         "effects": list(comparison.model.names),
-        "datum": shown.number(comparison.model.datum),
-        "heldout_by": comparison.heldout_by,
-        "heldout_rows": comparison.dataset.rows if comparison.heldout is None else comparison.heldout.rows,
-        "noise": noise_document(comparison.noise, shown),
-        "where": [_where(where, shown) for where in comparison.where],
+        "where": [
+            _plain(where, "quantity", "unit", "share") | {"worst": [_stretch(one, shown) for one in where.worst]}
+            for where in comparison.where
+        ],
         "notes": list(comparison.dataset.notes),
     }
-    cleaned: dict[str, Any] = strict(document)
+    return _document(comparison, shown, document)
+
+
+def _document(result: Diagnosis | Comparison, shown: Shown, more: dict[str, Any]) -> dict[str, Any]:
+    """Return what a search and a comparison both tell, with what else there is."""
+    noise = result.noise
+    document = {
+        **_in_unit(shown, result, "rms_heldout"),
+        "noise_floor": shown.number(noise.floor),
+        "unit": shown.unit,
+        **_plain(result.dataset, "rows", "observe", "source"),
+        "heldout_by": result.heldout_by,
+        "heldout_rows": (result.heldout or result.dataset).rows,
+        "datum": shown.number(result.model.datum),
+        "noise": _plain(noise, "from_repeats", "correlation", "white_share", "degrees_of_freedom")
+        | _in_unit(shown, noise, "sigma", "sigma_adjacent"),
+    }
+    cleaned: dict[str, Any] = strict(more | document)
     return cleaned
 
 
-def _where(where: Where, shown: Shown) -> dict[str, Any]:
-    return {
-        "quantity": where.quantity,
-        "unit": where.unit,
-        "share": where.share,
-        "worst": [
-            {
-                "low": stretch.low,
-                "high": stretch.high,
-                "direction": stretch.direction,
-                "mean": shown.number(stretch.mean),
-                "rms": shown.number(stretch.rms),
-                "rows": stretch.rows,
-            }
-            for stretch in where.worst
-        ],
-    }
+def _plain(record: object, *names: str) -> dict[str, Any]:
+    """Return fields of a record as they are."""
+    return {name: getattr(record, name) for name in names}
 
 
-def noise_document(noise: NoiseFloor, shown: Shown) -> dict[str, Any]:
-    """Return where the noise floor comes from."""
-    return {
-        "from_repeats": noise.from_repeats,
-        "sigma": shown.number(noise.sigma),
-        "correlation": noise.correlation,
-        "white_share": noise.white_share,
-        "degrees_of_freedom": noise.degrees_of_freedom,
-        "sigma_adjacent": shown.number(noise.sigma_adjacent),
-    }
+def _in_unit(shown: Shown, record: object, *names: str) -> dict[str, float | None]:
+    """Return fields of a record in the unit of the document."""
+    return {name: shown.number(getattr(record, name)) for name in names}
+
+
+def _stretch(stretch: Stretch, shown: Shown) -> dict[str, Any]:
+    return _plain(stretch, "low", "high", "direction", "rows") | _in_unit(shown, stretch, "mean", "rms")
 
 
 def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | None]:
@@ -154,17 +137,12 @@ def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | No
 
 
 def _step(step: Step, shown: Shown) -> dict[str, Any]:
-    gain_factor = shown.factor**2
     return {
-        "effect": step.effect,
-        "added": step.added,
+        **_plain(step, "effect", "added", "p_adjusted", "reason"),
+        **_in_unit(shown, step, "rms_train", "rms_heldout"),
         "params": parameters_document(step.params),
-        "rms_train": shown.number(step.rms_train),
-        "rms_heldout": shown.number(step.rms_heldout),
-        "p_adjusted": step.p_adjusted,
-        "heldout_gain": step.gain * gain_factor,
-        "heldout_gain_error": step.gain_error * gain_factor,
-        "reason": step.reason,
+        "heldout_gain": step.gain * shown.factor**2,
+        "heldout_gain_error": step.gain_error * shown.factor**2,
     }
 
 
@@ -184,32 +162,15 @@ def _final(diagnosis: Diagnosis) -> dict[str, dict[str, list[float | str | None]
 
 def _candidate(candidate: Candidate, shown: Shown) -> dict[str, Any]:
     return {
-        "effect": candidate.effect,
-        "accepted": candidate.accepted,
-        "predicted_rms": shown.number(candidate.predicted_rms),
-        "achieved_rms": shown.number(candidate.achieved_rms),
-        "p_adjusted": candidate.p_adjusted,
+        **_plain(candidate, "effect", "accepted", "p_adjusted", "cosine", "reason"),
+        **_in_unit(shown, candidate, "predicted_rms", "achieved_rms"),
         "params": parameters_document(candidate.params),
         "tied_with": list(candidate.tied_with),
-        "cosine": candidate.cosine,
-        "reason": candidate.reason,
     }
 
 
 def _unknown(unknown: Unknown | None, position_unit: str) -> dict[str, Any] | None:
     if unknown is None:
         return None
-    return {
-        "depends_on": list(unknown.depends_on),
-        "period": unknown.period,
-        "period_unit": position_unit,
-        "frequency_hz": unknown.frequency_hz,
-        "description": unknown.description,
-    }
-
-
-def _collinear_pairs(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    return [
-        {"effects": [first, second], "cosine": cosine, "nested": nested(first, second)}
-        for first, second, cosine in collinear_pairs(diagnosis.cosines)
-    ]
+    found = _plain(unknown, "period", "frequency_hz", "description")
+    return {"depends_on": list(unknown.depends_on), "period_unit": position_unit, **found}
