@@ -20,6 +20,7 @@ from rtec.conformance._programs import signal_group
 from rtec.conformance._python_child import ANSWER, COMPILING, LOADING, REQUEST, WATCHED
 from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
+from rtec.io.closing import Closing
 from rtec.signal import EdgeStream
 
 SILENT_S = 10.0
@@ -34,7 +35,7 @@ class _Silent(Exception):  # noqa: N818 - a result, not an error of this program
     """The process did not move on, or has ended."""
 
 
-class PythonClass:
+class PythonClass(Closing):
     r"""A class in a file of the user's as an `rtec.injector.Algorithm`.
 
     The class is made anew for each run, without arguments, and has one method (docs/algorithm.md)::
@@ -85,12 +86,6 @@ class PythonClass:
         except BaseException:
             self.close()
             raise
-
-    def __enter__(self) -> PythonClass:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @property
     def name(self) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 
 from rtec.conformance import _icarus, _verilator
 from rtec.conformance._icarus import Icarus
@@ -15,6 +14,7 @@ from rtec.conformance.verilog_pins import Pins
 from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.injector import Response, Stimulus
 from rtec.io import read_bytes
+from rtec.io.closing import Closing
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
 SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]] = {
@@ -48,7 +48,7 @@ def clock_of(text: str) -> tuple[int, int]:
     raise ArgumentError("clock", repr(text)[:60], "a frequency from 1 kHz to 1 GHz, of at most 12 digits")
 
 
-class VerilogAlgorithm:
+class VerilogAlgorithm(Closing):
     """A Verilog module as an `rtec.injector.Algorithm`; built once, played in one process for many streams.
 
     Before time 0 the module is reset, where it has a reset, and clocked on for 100 ticks with A and B at their levels
@@ -138,14 +138,6 @@ class VerilogAlgorithm:
     def close(self) -> None:
         """Remove what was built."""
         self._shop.close()
-
-    def __enter__(self) -> VerilogAlgorithm:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _check_totals(self, stimulus: Stimulus) -> None:
         bits = self._simulator.widths[self._pins.requested]

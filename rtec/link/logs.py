@@ -9,13 +9,13 @@ import contextlib
 import enum
 import time
 from pathlib import Path
-from types import TracebackType
 from typing import BinaryIO, Self, TextIO, cast
 
 import can
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
 from rtec.io import unreadable
+from rtec.io.closing import Closing
 from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.replay import replay
@@ -67,7 +67,7 @@ def _suffix(path: Path) -> str:
     return suffix
 
 
-class Log:
+class Log(Closing):
     r"""A log that is being written.
 
     Parameters
@@ -164,14 +164,6 @@ class Log:
                 writer.file.close()
             raise self._unwritable(error) from error
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _create(self, mode: str) -> can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter:
         if self._suffix != ".blf":
             text = cast(TextIO, open(self._path, mode, encoding="utf-8", newline="\n"))
@@ -205,7 +197,7 @@ class Log:
         )
 
 
-class Recorded:
+class Recorded(Closing):
     """A transport whose frames, sent and received, are written to a log.
 
     Parameters
@@ -254,14 +246,6 @@ class Recorded:
             self._transport.close()
         finally:
             self._log.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 class LogReader:

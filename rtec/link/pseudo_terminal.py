@@ -20,10 +20,9 @@ import tempfile
 import threading
 from collections import deque
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from rtec.errors import ArgumentError, LinkError
+from rtec.io.closing import Closing
 
 if sys.platform != "win32":
     import fcntl
@@ -41,7 +40,7 @@ POLL_MS = 10
 """Interval at which the relay checks a closed end for a program that has opened it."""
 
 
-class Line:
+class Line(Closing):
     r"""A line between two terminals, joined by a thread of this process.
 
     Parameters
@@ -111,14 +110,6 @@ class Line:
         os.write(self._wake_out, b"x")
         self._thread.join()
         self._release()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _release(self) -> None:
         if self._published is not None:

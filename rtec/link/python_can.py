@@ -16,12 +16,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
-from typing import Self
 
 import can
 
 from rtec.errors import ArgumentError, LinkError
+from rtec.io.closing import Closing
 from rtec.link._adapters import SELECTABLE, SEND_WAIT_S, Adapter, is_full, is_garbled, reason_of
 from rtec.link.frame import Frame, IdentifierFormat
 from rtec.link.transport import BusState, Received, Traffic
@@ -82,7 +81,7 @@ def open_transport(*, interface: str, channel: str, bitrate: int | None = None) 
     return PythonCanTransport(Adapter(interface=interface, channel=channel, bitrate=bitrate))
 
 
-class PythonCanTransport:
+class PythonCanTransport(Closing):
     """A `rtec.link.transport.Transport` over one bus of python-can; `open_transport` makes it.
 
     Its clock is the machine's monotonic clock, the same for all processes. A frame arrives when it is taken from
@@ -178,14 +177,6 @@ class PythonCanTransport:
             self._quietly(self._bus.shutdown)
             self._adapter.release()
             self._close_sockets()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     # ------------------------------------------------------------------ inside
 

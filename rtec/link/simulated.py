@@ -22,14 +22,14 @@ import heapq
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, LinkError
+from rtec.io.closing import Closing
 from rtec.link import _bus_kernels
 from rtec.link._outbox_kernels import ROOM
 from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
@@ -308,7 +308,7 @@ class SimulatedBus:
                 device.receive(frame)
 
 
-class SimulatedTransport:
+class SimulatedTransport(Closing):
     """One program's `rtec.link.transport.Transport` on a `SimulatedBus`, which makes it.
 
     Attributes
@@ -403,14 +403,6 @@ class SimulatedTransport:
         self._bus.leave(self.node)
         self.backlog.clear()
         self._inbox.clear()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _refuse_when_closed(self) -> None:
         if self._closed:
