@@ -8,7 +8,6 @@ import signal
 import subprocess
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -17,7 +16,6 @@ from types import FrameType
 from rtec.conformance._programs import Program, signal_group
 from rtec.errors import OutputError, RtecError
 
-_LOOK_S = 0.02
 _MOST_AT_ONCE = 1000
 _ROOM = 65_536
 _GRACE_S = 1.0
@@ -65,8 +63,7 @@ class Workshop:
             It took longer than ``within_s`` seconds, or the disk is full, which a compiler need not say.
         """
         said = self.folder / "said"
-        began = time.monotonic()
-        code = self._run(command, said, folder, lambda: time.monotonic() - began > within_s)
+        code = self._run(command, said, folder, within_s)
         if code is None:
             name = Path(command[0]).name
             raise RtecError(f"{name}: no end after {within_s:g} s; give it less to build, or look for endless loops")
@@ -78,7 +75,8 @@ class Workshop:
             raise OutputError(f"{self.folder}: {reason}; TMPDIR names a folder with more room") from error
         finally:
             probe.unlink(missing_ok=True)
-        return code, _text(said)
+        with said.open("rb") as file:
+            return code, file.read(1_000_000).decode("utf-8", "replace")
 
     def begin(self, command: Callable[[int], Sequence[str]], *, folder: Path) -> Program:
         """Begin a program that answers on a pipe; it ends with this workshop at the latest.
@@ -96,9 +94,7 @@ class Workshop:
         self._programs.append(program)
         return program
 
-    def _run(
-        self, command: Sequence[str], said: Path, folder: Path | None, too_long: Callable[[], bool]
-    ) -> int | None:
+    def _run(self, command: Sequence[str], said: Path, folder: Path | None, within_s: float) -> int | None:
         with said.open("wb") as file:
             process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
                 command,
@@ -110,9 +106,8 @@ class Workshop:
                 start_new_session=True,
             )
         try:
-            while not too_long():
-                with suppress(subprocess.TimeoutExpired):
-                    return process.wait(_LOOK_S)
+            with suppress(subprocess.TimeoutExpired):
+                return process.wait(within_s)
             signal_group(process, signal.SIGTERM)
             with suppress(subprocess.TimeoutExpired):
                 process.wait(_GRACE_S)
@@ -125,8 +120,3 @@ class Workshop:
 def _leave(_number: int, _frame: FrameType | None) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # clearing away is not broken off by a second one
     raise SystemExit(128 + signal.SIGTERM)
-
-
-def _text(path: Path) -> str:
-    with path.open("rb") as file:
-        return file.read(1_000_000).decode("utf-8", "replace")

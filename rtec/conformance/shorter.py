@@ -52,15 +52,15 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     11 10us:r1 410us:end
     """
     begun = trials.made
-    fault = _fault(run)
+    fault = run.fault
     if fault is None or (run.response.broken is not None and run.response.broken.ended):
         return run, 0  # a start for each try would take minutes
-    run = _cut(trials, run, lambda again: _fault(again) is fault, begun + tries)
+    run = _cut(trials, run, lambda again: again.fault is fault, begun + tries)
     violation = run.judgement.violation
     if violation is not None and fault is not Fault.UNFINISHED:
         ended = replace(run.case.stream, until_ps=max(violation.time_ps, run.case.stream.last_ps) + trials.settle_ps)
         again = trials.one(replace(run.case, stream=ended, must_finish=False))
-        run = again if _fault(again) is fault else run
+        run = again if again.fault is fault else run
     return run, trials.made - begun
 
 
@@ -116,10 +116,6 @@ def _first_that_keeps(
             if keeps(again):
                 return again
     return None
-
-
-def _fault(run: Run) -> Fault | None:
-    return None if run.judgement.violation is None else run.judgement.violation.fault
 
 
 # --- what is cut ---

@@ -239,9 +239,12 @@ def up_to(
     """
     if not holds(levels[0]):
         return 0.0
-    for good, bad in pairwise(levels):
-        if not holds(bad):
-            return _halved(good, bad, holds, between)
+    for below, above in pairwise(levels):
+        if not holds(above):
+            good, bad = below, above
+            while (middle := between(good, bad)) is not None:
+                good, bad = (middle, bad) if holds(middle) else (good, middle)
+            return good
     return levels[-1]
 
 
@@ -253,11 +256,3 @@ def within(low: float, high: float) -> float | None:
 def to_a_hundredth(low: float, high: float) -> float | None:
     """Return what lies between two shares; None where a hundredth does."""
     return (low + high) / 2.0 if high - low > 0.01 else None
-
-
-def _halved(
-    good: float, bad: float, holds: Callable[[float], bool], between: Callable[[float, float], float | None]
-) -> float:
-    while (middle := between(good, bad)) is not None:
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return good

@@ -151,10 +151,6 @@ class Stream:
         requests_ps, totals = columns(requests)
         return replace(self, requests_ps=requests_ps, totals=totals)
 
-    def ending(self, until_ps: int) -> Stream:
-        """Return it with another end."""
-        return replace(self, until_ps=until_ps)
-
     def later(self, by_ps: int) -> Stream:
         """Return it with everything so much later after power-up."""
         return replace(

@@ -139,7 +139,7 @@ class _Suite:
 
     def _book(self, name: str, wrong: Run | None, good: str) -> None:
         self.checks.append(Check(name=name, passed=wrong is None, reason=str(wrong or good), run=wrong))
-        if wrong is not None and _fault(wrong) is Fault.BROKEN:
+        if wrong is not None and wrong.fault is Fault.BROKEN:
             self.over = "it has ended early"
 
     def _settle(self) -> None:
@@ -147,7 +147,7 @@ class _Suite:
         if wrong is None:
             return
         self._book("inserts at rest", wrong, "")
-        if _fault(wrong) is Fault.UNFINISHED:
+        if wrong.fault is Fault.UNFINISHED:
             self.over = "it inserts nothing at rest"
 
     def _hunt(self, parts: int) -> Run | None:
@@ -173,7 +173,7 @@ class _Suite:
             ),
             ("delay", Fault.DELAY, f"{time_text(margin.delay_ps)} at most; {time_text(contract.delay_ps)} allowed"),
         ):
-            self._book(name, next((run for run in wrong if _fault(run) is fault), None), seen)
+            self._book(name, next((run for run in wrong if run.fault is fault), None), seen)
 
     def _speeds(self, parts: int) -> Speeds | None:
         if self.over:
@@ -184,7 +184,3 @@ class _Suite:
         speeds = measure_speeds(beyond, lambda share: self.progress(min(done + share * (1.0 - done), 1.0)))
         self.trials.made += beyond.made
         return speeds
-
-
-def _fault(run: Run) -> Fault | None:
-    return None if run.judgement.violation is None else run.judgement.violation.fault

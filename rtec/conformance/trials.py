@@ -53,6 +53,11 @@ class Run:
         """Return whether everything holds."""
         return self.judgement.right
 
+    @property
+    def fault(self) -> Fault | None:
+        """Return what the algorithm did wrong; None where everything holds."""
+        return None if self.judgement.violation is None else self.judgement.violation.fault
+
     def __str__(self) -> str:
         violation = self.judgement.violation
         return f"{self.case.title}: {'every count right' if violation is None else violation}"
@@ -66,7 +71,6 @@ class Margin:
     separation_in: Run | None = None
     pulse_ps: int | None = None
     delay_ps: int = 0
-    delay_in: Run | None = None
 
     def take(self, run: Run) -> None:
         """Take a run."""
@@ -79,8 +83,7 @@ class Margin:
                 self.separation_ps, self.separation_in = seen.separation_ps, run
         if seen.pulse_ps is not None:
             self.pulse_ps = min(seen.pulse_ps, self.pulse_ps or seen.pulse_ps)
-        if seen.delay_ps > self.delay_ps:
-            self.delay_ps, self.delay_in = seen.delay_ps, run
+        self.delay_ps = max(self.delay_ps, seen.delay_ps)
 
 
 class Trials:
@@ -179,7 +182,7 @@ class Trials:
     def settled(self, stream: Stream) -> Stream:
         """Return a stream with an end at which everything that was asked for can have come."""
         steps = int(np.abs(np.diff(stream.totals, prepend=0)).sum())
-        return stream.ending(stream.last_ps + (steps + 1) * self.settle_ps)
+        return replace(stream, until_ps=stream.last_ps + (steps + 1) * self.settle_ps)
 
     def case(self, title: str, stream: Stream) -> Case:
         """Return a case that ends at rest."""

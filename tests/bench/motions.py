@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from motion_outcomes import Outcome, outcome_of
 from scipy.stats import binomtest
 
 from rtec.axis import Dwell, Move, Program
@@ -22,7 +23,7 @@ from rtec.axis.motion import MotionKind
 from rtec.conformance import cases
 from rtec.conformance.built_in import BuiltIn
 from rtec.conformance.contract import Contract
-from rtec.conformance.motions import AIMED, Outcome, insertion_window, motion_for, outcome_of, stream_of
+from rtec.conformance.motions import AIMED, insertion_window, motion_for, stream_of
 from rtec.conformance.trials import Case, Trials
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.readable import hertz_text

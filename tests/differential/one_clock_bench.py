@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from firmware_bench import GO_HOME, IMAGES, STATES, Look, output, signed
+from pin_drive import drive
 
 from firmware_model import Mcs51, read_hex
 
@@ -65,7 +66,7 @@ class Box:
         """Queue the encoder's edges, each in the clock that first samples it."""
         self.times = np.floor(times).astype(np.int64)
         self.counts = direction * np.arange(1, len(times) + 1)
-        self.cpu.drive(self.times, np.full(len(times), 3), [self.level(int(count)) for count in self.counts])
+        drive(self.cpu, self.times, np.full(len(times), 3), [self.level(int(count)) for count in self.counts])
 
     def show_count(self) -> None:
         """Let the decoder show what it has counted by now."""

@@ -3,19 +3,13 @@
 import itertools
 
 import pytest
+from motion_outcomes import Outcome, outcome_of
 
 from rtec.axis import Dwell, Move, Program
 from rtec.axis.motion import MotionKind
 from rtec.conformance.built_in import BuiltIn
 from rtec.conformance.contract import Contract
-from rtec.conformance.motions import (
-    Outcome,
-    insertion_window,
-    motion_cases,
-    motion_for,
-    outcome_of,
-    stream_of,
-)
+from rtec.conformance.motions import insertion_window, motion_cases, motion_for, stream_of
 from rtec.conformance.streams import Stream, can_be
 from rtec.conformance.trials import Case, Trials
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Response, Timing, Totals

@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,7 +140,7 @@ def test_varied_streams_stay_near_and_in_order():
 
 def test_edges_wait_until_they_can_be():
     contract = Contract(step_counts=2)
-    stream = Stream.read("00 90us:+ 90.5us:+ 99us:end").ending(10**9)
+    stream = replace(Stream.read("00 90us:+ 90.5us:+ 99us:end"), until_ps=10**9)
     assert not can_be(stream, contract)
     assert can_be(possible(stream, contract), contract)
 
