@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from firmware_model._jit import address_of
 from firmware_model.core import _layout as at
@@ -16,13 +16,10 @@ from firmware_model.core._execute_kernels import execute
 from firmware_model.core._reset_kernels import reset
 from firmware_model.core._serial_kernels import start_reception
 from firmware_model.core.predecode import decode
-from firmware_model.core.results import Fault, FaultKind, PortChange, RunResult
+from firmware_model.core.results import Fault, FaultKind, RunResult
 from firmware_model.core.state import new_hidden, watch
 from firmware_model.errors import FirmwareError
 from firmware_model.isa.parts import PARTS, TIMINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 CODE_BYTES = 0x10000
 """Bytes of program memory that the processor can address."""
@@ -264,45 +261,6 @@ class Mcs51:
         return RunResult(instructions=second.instructions, cycles=first.cycles + second.cycles, reason=second.reason)
 
     # --- the outside ---
-    def drive(self, cycles: ArrayLike, ports: ArrayLike, levels: ArrayLike) -> None:
-        """Queue changes of pins; the loop applies them as time comes, without stopping.
-
-        Parameters
-        ----------
-        cycles
-            Cycle in which each change is first sampled, ascending, not before the present one or those queued.
-        ports
-            0..3.
-        levels
-            The eight levels of that port from then on.
-
-        Raises
-        ------
-        FirmwareError
-            Arrays of unequal length, cycles out of order or in the past, a port or levels out of range.
-
-        Examples
-        --------
-        >>> cpu = Mcs51(bytes([0xE5, 0x90, 0x80, 0xFC]))  # loop: MOV A,P1; SJMP loop
-        >>> cpu.drive([30, 60], [1, 1], [0x0F, 0xF0])
-        >>> cpu.run(50).reason, int(cpu.sfr[0x60]), cpu.run(50).reason, int(cpu.sfr[0x60])
-        ('budget', 15, 'budget', 240)
-        """
-        columns = [np.atleast_1d(np.asarray(column, dtype=np.int64)) for column in (cycles, ports, levels)]
-        if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
-            raise FirmwareError("changes", [column.shape for column in columns], "three arrays of one length")
-        waiting = self._changes[int(self._hidden[at.CHANGE]) :]
-        rows = np.column_stack(columns)
-        together = np.concatenate([waiting, rows])
-        ordered = bool(np.all(np.diff(together[:, 0]) >= 0))
-        if rows.size and (not ordered or rows[0, 0] < self.cycles):
-            raise FirmwareError("cycles", int(rows[0, 0]), f"ascending, from the present cycle {self.cycles} on")
-        if np.any((rows[:, 1] & ~3) | (rows[:, 2] & ~255)):
-            raise FirmwareError("changes", "a port or level out of range", "ports 0 to 3, levels 0 to 255")
-        self._changes = np.ascontiguousarray(together)
-        self._hidden[at.CHANGE] = 0
-        self._hidden[at.CHANGES] = len(together)
-
     def receive(self, byte: int, *, ninth_bit: int = 1) -> None:
         """Let a frame begin at RXD now; RI comes when its last bit is sampled.
 
@@ -331,22 +289,23 @@ class Mcs51:
         self._hidden[at.LOG_ROOM] = LOG_ROWS if on else 0
         watch(self._hidden)
 
-    def port_changes(self) -> Iterable[PortChange]:
+    def port_rows(self) -> NDArray[np.int64]:
         """Return the changes of the ports recorded so far, in order of time.
+
+        Returns
+        -------
+        ndarray
+            Rows of the cycles completed when the writing instruction ends (the pin follows in S1P1 of the cycle that
+            begins then), the port, 0 to 3, and the byte written.
 
         Examples
         --------
         >>> cpu = Mcs51(bytes([0xB2, 0x90, 0x80, 0xFC]))  # loop: CPL P1.0; SJMP loop
         >>> cpu.record()
         >>> _ = cpu.run(6)
-        >>> [(change.cycle, change.port, change.latch) for change in cpu.port_changes()]
-        [(1, 1, 254), (4, 1, 255)]
+        >>> cpu.port_rows().tolist()
+        [[1, 1, 254], [4, 1, 255]]
         """
-        rows = self.port_rows()
-        return [PortChange(cycle=int(cycle), port=int(port), latch=int(latch)) for cycle, port, latch in rows]
-
-    def port_rows(self) -> NDArray[np.int64]:
-        """Return the same as an array: rows of cycle, port, latch."""
         rows = self._recorded()
         return rows[rows[:, 1] < at.LOG_SERIAL]
 

@@ -65,22 +65,3 @@ class RunResult:
     instructions: int
     cycles: int
     reason: Literal["budget", "fault", "power-down"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PortChange:
-    """A latch of a port that has changed.
-
-    Parameters
-    ----------
-    cycle
-        Cycles completed when the writing instruction ends; the pin follows in S1P1 of the cycle that begins then.
-    port
-        0..3.
-    latch
-        The byte written.
-    """
-
-    cycle: int
-    port: int
-    latch: int

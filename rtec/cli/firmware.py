@@ -138,13 +138,11 @@ def _write_vcd(file: Path, cpu: Mcs51, before: list[int], begun: int, *, ps_a_cy
     ]
     latches = list(before)
     changes = []
-    for change in cpu.port_changes():
-        differing = latches[change.port] ^ change.latch
-        latches[change.port] = change.latch
+    for cycle, port, latch in cpu.port_rows().tolist():
+        differing = latches[port] ^ latch
+        latches[port] = latch
         changes += [
-            (round(change.cycle * ps_a_cycle), 8 * change.port + bit, change.latch >> bit & 1)
-            for bit in range(8)
-            if differing >> bit & 1
+            (round(cycle * ps_a_cycle), 8 * port + bit, latch >> bit & 1) for bit in range(8) if differing >> bit & 1
         ]
     with VcdWriter(file, signals=signals, start_ps=round(begun * ps_a_cycle)) as writer:
         if changes:

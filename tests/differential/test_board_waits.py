@@ -8,6 +8,7 @@ import random
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
+from pin_drive import drive
 
 from firmware_model import Mcs51, read_hex
 from firmware_model.hexfile import Image
@@ -34,7 +35,7 @@ def at_once_and_by_steps(image, timing, until, changes=(), prepare=lambda cpu: N
     for cpu in (whole, single):
         prepare(cpu)
         if changes:
-            cpu.drive(*(np.array(column) for column in zip(*changes, strict=True)))
+            drive(cpu, *(np.array(column) for column in zip(*changes, strict=True)))
     for cut in [*sorted(cuts), until]:
         whole.run(max(cut - whole.cycles, 0))
         while single.cycles < whole.cycles and single.fault is None:
@@ -77,7 +78,7 @@ def test_the_images_wait_as_if_by_steps(design, name, gap):
             # the words of the PC, and a decoder that has moved
             cpu.xram[0xFF10:0xFF13] = (0, 0, 4) if part < 2 else (min(part - 2, 3), 0, 0)
             cpu.xram[0xFF01] = 10 * part if gap > 10 else 0
-            cpu.drive(*(np.array(column) for column in zip(*changes, strict=True)))
+            drive(cpu, *(np.array(column) for column in zip(*changes, strict=True)))
         whole.run(until - whole.cycles)
         while single.cycles < whole.cycles:
             single.run(1)

@@ -10,6 +10,7 @@ import random
 
 import pytest
 import ucsim
+from pin_drive import drive
 
 from firmware_model import Mcs51
 from firmware_model.hexfile import Image
@@ -133,7 +134,7 @@ def timers_on_ucsim(seed, part, steps=300):
 def test_timers_count_alike(seed, part, every):
     image, looks, moved, compared = timers_on_ucsim(seed, part)
     cpu = Mcs51(image, part=part)
-    cpu.drive(*zip(*moved, strict=True))
+    drive(cpu, *zip(*moved, strict=True))
     met = set()
     for look, mask in list(zip(looks, compared, strict=True))[::every]:
         cpu.run(look.cycles - cpu.cycles)

@@ -9,6 +9,7 @@ import random
 import numpy as np
 import pytest
 import ucsim
+from pin_drive import drive
 
 from firmware_model import Mcs51
 from firmware_model.hexfile import Image
@@ -86,7 +87,7 @@ def test_going_over_turns_changes_nothing(seed, timing):
     whole, single = Mcs51(image, timing=timing), Mcs51(image, timing=timing)
     for cpu in (whole, single):
         cpu.record()
-        cpu.drive(*changes)
+        drive(cpu, *changes)
     stops = sorted(draw.randrange(until) for _ in range(12))
     for stop in [*stops, until]:
         whole.run(max(stop - whole.cycles, 0))
@@ -105,7 +106,7 @@ def test_each_wait_comes_to_its_end(name):
     draw = random.Random(1)  # noqa: S311 - no secret
     image = waiting_program(draw, [name])
     cpu = Mcs51(image)
-    cpu.drive(*pins(draw, 400_000))
+    drive(cpu, *pins(draw, 400_000))
     cpu.run(400_000)
     assert cpu.iram[0x40] > 0, cpu.pc
 
