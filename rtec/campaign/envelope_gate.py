@@ -82,13 +82,10 @@ def gate_of(stand: Stand, safe_hz: float, jitter_ps: int = 0, *, top_hz: float =
 
 def _inserts(streams: Streams, frequency_hz: float) -> bool:
     """Return whether something is inserted while the axis moves, at any phase."""
-    stand = streams.stand
-    quarter = PS_PER_S / (4.0 * frequency_hz) / stand.clock_ps
-    clocks = np.unique((np.arange(_PHASES) * quarter / _PHASES).astype(np.int64))
-    for some in (clocks[:1], clocks[1:]):
+    stand, shifts_ps = streams.stand, streams.phases_ps(frequency_hz, _PHASES)
+    for some in (shifts_ps[:1], shifts_ps[1:]):
         for motion in streams.motions(frequency_hz):
-            shifts_ps = stand.shifts(stand.rested, some)
-            if stand.sweep(stand.rested, motion, shifts_ps, stop=False)[1].any():
+            if stand.sweep(stand.rested, motion, some, stop=False)[1].any():
                 return True
     return False
 

@@ -158,13 +158,12 @@ def _deferred(run: Run, settle_ps: int, reading_ps: int) -> bool:
 
 def broken_in(run: Run, design: Design, loop_ps: float) -> Mechanism:
     """Return what broke in a run that is wrong; ``loop_ps`` is the period of a waiting loop."""
-    violation, sent, seen = run.judgement.violation, run.case.stream.stimulus().edges, run.response.edges
-    fault = None if violation is None else violation.fault
-    if fault is Fault.BROKEN:
+    sent, seen = run.case.stream.stimulus().edges, run.response.edges
+    if run.fault is Fault.BROKEN:
         return Mechanism.NO_ANSWER
-    if fault in (Fault.UNFINISHED, Fault.DELAY):
+    if run.fault in (Fault.UNFINISHED, Fault.DELAY):
         return Mechanism.GATE
-    if fault is Fault.SEPARATION:
+    if run.fault is Fault.SEPARATION:
         return Mechanism.FILTER
     if design.in_path:
         return through_processor(sent, seen)

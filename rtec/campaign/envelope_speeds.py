@@ -74,7 +74,7 @@ class Steady:
     def _tried(self, frequency_hz: float, after: tuple[float, int]) -> tuple[bool, NDArray[np.bool_]]:
         """Return whether a trial does harm, and which of them insert while the axis moves."""
         self.streams.after, self.streams.slower = after, _SLOWER if after is _LONG_AFTER else 0.0
-        shifts_ps, inserted = self._shifts_ps(frequency_hz), []
+        shifts_ps, inserted = self.streams.phases_ps(frequency_hz, _PHASES), []
         for motion in self.streams.motions(frequency_hz):
             verdicts, moving = self.stand.sweep(self.stand.rested, motion, shifts_ps, stop=False)
             if np.isin(verdicts, _HARMFUL).any():
@@ -89,11 +89,6 @@ class Steady:
             return not self._tried(frequency_hz, _AFTER)[0]
         finally:
             self.streams.jitter_ps = before
-
-    def _shifts_ps(self, frequency_hz: float) -> NDArray[np.int64]:
-        quarter = PS_PER_S / (4.0 * frequency_hz) / self.stand.clock_ps
-        clocks = np.unique((np.arange(_PHASES) * quarter / _PHASES).astype(np.int64))
-        return self.stand.shifts(self.stand.rested, clocks)
 
 
 def speeds_of(stand: Stand, trials: Bursts | Streams, safe_hz: float, gate: Gate | None, top_hz: float) -> Speeds:

@@ -66,6 +66,18 @@ def quarter_ps(frequency_hz: float, count: int) -> NDArray[np.int64]:
     return np.round(np.arange(count) * (PS_PER_S / (4.0 * frequency_hz))).astype(np.int64)
 
 
+def _failure(
+    frequency_hz: float, moment: Moment, motion: Motion, clocks: Clocks, shifts_ps: Clocks,
+    verdicts: NDArray[np.uint8], into: int | None = None,
+) -> Failure:  # fmt: skip
+    """Return the last of the trials of a sweep, which failed."""
+    i = verdicts.size - 1
+    return Failure(
+        frequency_hz=frequency_hz, moment=moment, motion=motion, shift_ps=int(shifts_ps[i]),
+        phase_clocks=int(clocks[i]), sign=int(np.sign(motion.total)), into=into, verdict=int(verdicts[i]),
+    )  # fmt: skip
+
+
 class Bursts:
     """The insertion window, whatever came before: the axis creeps, the firmware waits, then transitions at once.
 
@@ -108,11 +120,7 @@ class Bursts:
             motion = Motion(times_ps=times_ps, direction=armed.direction, total=armed.sign)
             verdicts, _ = self.stand.sweep(armed.moment, motion, shifts_ps)
             if verdicts[-1] != kernels.SAFE:
-                i = verdicts.size - 1
-                return Failure(
-                    frequency_hz=frequency_hz, moment=armed.moment, motion=motion, shift_ps=int(shifts_ps[i]),
-                    phase_clocks=int(clocks[i]), sign=armed.sign, into=armed.into, verdict=int(verdicts[i]),
-                )  # fmt: skip
+                return _failure(frequency_hz, armed.moment, motion, clocks, shifts_ps, verdicts, armed.into)
         return None
 
 
@@ -168,12 +176,14 @@ class Streams:
         for motion in self.motions(frequency_hz):
             verdicts, _ = self.stand.sweep(self.stand.rested, motion, shifts_ps)
             if verdicts[-1] != kernels.SAFE:
-                i = verdicts.size - 1
-                return Failure(
-                    frequency_hz=frequency_hz, moment=self.stand.rested, motion=motion, shift_ps=int(shifts_ps[i]),
-                    phase_clocks=int(clocks[i]), sign=int(np.sign(motion.total)), into=None, verdict=int(verdicts[i]),
-                )  # fmt: skip
+                return _failure(frequency_hz, self.stand.rested, motion, clocks, shifts_ps, verdicts)
         return None
+
+    def phases_ps(self, frequency_hz: float, number: int) -> NDArray[np.int64]:
+        """Return shifts of a stream that put its begin at so many phases of a quarter period."""
+        quarter = PS_PER_S / (4.0 * frequency_hz) / self.stand.clock_ps
+        clocks = np.unique((np.arange(number) * quarter / number).astype(np.int64))
+        return self.stand.shifts(self.stand.rested, clocks)
 
     def motions(self, frequency_hz: float) -> list[Motion]:
         """Return the streams of a frequency: both directions, each total."""

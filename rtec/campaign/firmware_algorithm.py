@@ -153,16 +153,16 @@ class Firmware:
         return [
             _response(
                 stimulus,
-                EdgeStream(out_ps[outs[k] : outs[k + 1]], out_levels[outs[k] : outs[k + 1]], self._seen(stimulus)),
+                EdgeStream(
+                    out_ps[outs[k] : outs[k + 1]],
+                    out_levels[outs[k] : outs[k + 1]],
+                    self._homes[stimulus.edges.initial].seen_level,
+                ),
                 told[tolds[k] : tolds[k + 1]],
                 int(last[k, 1]) if last[k, 0] else None,
             )
             for k, stimulus in enumerate(stimuli[:made])
         ]
-
-    def _seen(self, stimulus: Stimulus) -> int:
-        """Return the controller's levels at the begin of a run."""
-        return self._homes[stimulus.edges.initial].seen_level
 
     def _one(self, stimulus: Stimulus) -> Response:
         """Make one run in which much comes out, or the processor stops."""

@@ -20,8 +20,8 @@ from rtec.campaign.firmware_algorithm import START, Firmware
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import Failed
 from rtec.campaign.firmware_check_pins import pins
-from rtec.campaign.firmware_check_reset import AfterReset, resets
-from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Seen, Trace
+from rtec.campaign.firmware_check_reset import resets
+from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Moment, Seen, Trace
 from rtec.campaign.firmware_check_trace import insertions, trace_of
 from rtec.checks import number_within, whole_within
 from rtec.conformance import cases
@@ -240,21 +240,19 @@ class _Campaign:
         stream: str | None = None,
     ) -> None:  # fmt: skip
         """Book a check that does not hold, with the instructions up to the moment."""
-        moment = bench.moment(t_ps)
+        cycle = bench.cycle_at(t_ps)
         executed = bench.executed_until(replay, take=take, t_ps=t_ps, cycles=_LISTED_CYCLES)
-        moment = replace(moment, pc=executed[-1].address if executed else None)
+        moment = Moment(time_ps=t_ps, cycle=cycle, pc=executed[-1].address if executed else None)
         self.checks.append(
             Check(name=name, passed=False, detail=detail, moment=moment, executed=executed, stream=stream)
         )
 
     def _reset(self, bench: Bench, home: BenchState) -> str:
-        seen = AfterReset()
-        resets(bench, home, seen)
-        self.seen = replace(self.seen, reset_worst_counts_off=seen.worst_counts_off, reset_illegal=seen.illegal)
-        illegal = (
-            f", an illegal transition (first in cycle {seen.illegal_cycle})" if seen.illegal else ", none illegal"
-        )
-        off = f"the controller off by {seen.worst_counts_off:+d} counts at worst{illegal}"
+        seen = resets(bench, home)
+        cycle = seen.illegal_cycle
+        self.seen = replace(self.seen, reset_worst_counts_off=seen.worst_counts_off, reset_illegal=cycle is not None)
+        illegal = "none illegal" if cycle is None else f"an illegal transition (first in cycle {cycle})"
+        off = f"the controller off by {seen.worst_counts_off:+d} counts at worst, {illegal}"
         return f"{seen.tried} resets, all lines released; {off}"
 
     # --- what every insertion algorithm owes ---

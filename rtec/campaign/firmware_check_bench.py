@@ -17,7 +17,7 @@ from rtec.board import Board, Microcontroller
 from rtec.board.board import Snapshot, Words
 from rtec.campaign.firmware_check_contract import NOT_VALID, Failed, Paused, Stopped
 from rtec.campaign.firmware_check_motion import Motion, Moving
-from rtec.campaign.firmware_check_results import Executed, Moment
+from rtec.campaign.firmware_check_results import Executed
 from rtec.controller import Receiver, ReceiverResult, ReceiverSettings
 from rtec.injector import Design
 from rtec.signal import EdgeStream
@@ -103,7 +103,8 @@ class Bench:
         self.motion: Moving | None = None
         self.begun_ps = self.now_ps
         self._encoder: list[EdgeStream] = []
-        self._encoder_counts = 0
+        self.encoder_counts = 0
+        """Of the encoder since `begin`."""
         self._controller: list[EdgeStream] = []
         self._rows: list[NDArray[np.int64]] = []
         self._first_levels = (self._level, self._seen_level)
@@ -126,21 +127,17 @@ class Bench:
         self.begin()
 
     # --- the axis ---
-    def move(self, frequency_hz: float, direction: int, *, after_ps: int = 0) -> None:
-        """Let the axis move from now on, the first edge coming after a while."""
-        first_ps = self.now_ps + 1 + after_ps
+    def move(self, frequency_hz: float, direction: int) -> None:
+        """Let the axis move from now on."""
+        first_ps = self.now_ps + 1
         self.motion = Motion(first_ps=first_ps, frequency_hz=frequency_hz, direction=direction, level=self._level)
-
-    def halt(self) -> None:
-        """Let the axis stand still."""
-        self.motion = None
 
     def travel(self, counts: int, frequency_hz: float) -> None:
         """Let the axis move by so many counts, and a little while pass."""
         period_ps = PS_PER_S / (4.0 * frequency_hz)
         self.move(frequency_hz, 1 if counts > 0 else -1)
         self.run_for(round((abs(counts) - 0.5) * period_ps) + 1)
-        self.halt()
+        self.motion = None
 
     # --- running ---
     def run_for(self, duration_ps: int) -> None:
@@ -176,7 +173,7 @@ class Bench:
         seen = self.board.process(edges, until_ps=t_ps)
         self._level, self._seen_level = edges.final, seen.final
         self._encoder.append(edges)
-        self._encoder_counts += edges.counts().net if len(edges) else 0
+        self.encoder_counts += edges.counts().net if len(edges) else 0
         self._controller.append(seen)
         self._receiver.process(seen)
         self._collect()
@@ -246,11 +243,6 @@ class Bench:
         """Return what the controller has seen since `begin`."""
         return _joined(self._controller, self._first_levels[1])
 
-    @property
-    def encoder_counts(self) -> int:
-        """Return the encoder's counts since `begin`."""
-        return self._encoder_counts
-
     def received(self) -> ReceiverResult:
         """Return what the controller has made of it since `begin`."""
         return self._receiver.result(at_ps=self.now_ps)
@@ -279,10 +271,6 @@ class Bench:
                 return False
             self.run_for(self.reading_ps // looks)
         return True
-
-    def moment(self, t_ps: int) -> Moment:
-        """Return the moment of a time."""
-        return Moment(time_ps=t_ps, cycle=self.cycle_at(t_ps))
 
     # --- replay ---
     def executed_until(self, replay: Callable[[], Any], *, take: int, t_ps: int, cycles: int) -> tuple[Executed, ...]:

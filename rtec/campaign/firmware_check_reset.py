@@ -21,24 +21,26 @@ class AfterReset:
     tried: int = 0
     worst_counts_off: int = 0
     """What the controller counted, less nothing or a whole step, whichever is nearer."""
-    illegal: bool = False
     illegal_cycle: int | None = None
+    """In which the first reset brought an illegal transition; None where none did."""
 
 
-def resets(bench: Bench, home: BenchState, seen: AfterReset) -> None:
-    """Reset at every cycle of an insertion at rest, of either sign.
+def resets(bench: Bench, home: BenchState) -> AfterReset:
+    """Reset at every cycle of an insertion at rest, of either sign; return the worst that came of it.
 
     Raises
     ------
     Failed
         A line is still driven afterwards, or the box does not come back.
     """
+    seen = AfterReset()
     for sign in (1, -1):
         first_ps, last_ps = _span(bench, home, sign)
         cycles = range(bench.cycle_at(first_ps) - _MARGIN_CYCLES, bench.cycle_at(last_ps) + _MARGIN_CYCLES + 1)
         before = _asked(bench, home, sign, bench.time_of(cycles[0]))
         for cycle in cycles:
             _one(bench, before, sign, cycle, seen)
+    return seen
 
 
 def _span(bench: Bench, home: BenchState, sign: int) -> tuple[int, int]:
@@ -82,8 +84,8 @@ def _one(bench: Bench, before: BenchState, sign: int, cycle: int, seen: AfterRes
     off = min(received.count, received.count - whole, key=abs)
     if abs(off) > abs(seen.worst_counts_off):
         seen.worst_counts_off = off
-    if received.illegal_transitions and not seen.illegal:
-        seen.illegal, seen.illegal_cycle = True, cycle
+    if received.illegal_transitions and seen.illegal_cycle is None:
+        seen.illegal_cycle = cycle
 
 
 def pin_names(port: int, bits: int) -> str:

@@ -17,7 +17,7 @@ from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.predictors import BidirectionalTable, Model, Predictor
 from rtec.predictors.binding import bound_curve
-from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.settings import PcState
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason, SupervisionLimits
 from rtec.signal import NEVER
@@ -29,7 +29,6 @@ REST_PS = 200 * PS_PER_MS
 _LAG_S = 0.06
 """From a position to the correction for it, at worst: two cycles of the box, a turn of the PC, an insertion, a frame
 lost on either way."""
-
 
 _ARRIVED_PS = 50 * PS_PER_MS
 """A request is at the box after so long, or lost."""
@@ -238,7 +237,6 @@ def station_settings(
     design: Design,
     *,
     supervision: SupervisionLimits | None = None,
-    handshake: HandshakeSettings | None = None,
 ) -> StationSettings:
     """Return an axis with a box of a design as the campaigns have it: on the report's 8051, Design B on fast logic.
 
@@ -250,7 +248,6 @@ def station_settings(
         axis=axis,
         injector=box,
         supervision=supervision or SupervisionLimits(),
-        handshake=handshake or HandshakeSettings(),
     )
 
 

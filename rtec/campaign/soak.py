@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.campaign.safety_matrix import Outcome, reason_of
-from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
+from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_variants import VARIANTS, Variant
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
@@ -376,6 +376,3 @@ def flaw(axis: MonitoredAxis, design: Design) -> str:
     if axis.wrong_s > _WRONG_S:
         return f"wrong by {axis.wrong_counts:.1f} counts for {axis.wrong_s:.2f} s"
     return "" if axis.checks else "never seen at rest"
-
-
-__all__ = ["Episode", "EpisodeJob", "Injected", "Soak", "SoakPlan", "Stopper", "flaw", "run_soak"]
