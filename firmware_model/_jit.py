@@ -65,7 +65,6 @@ class _Address(numba.types.WrapperAddressProtocol):
         self._begins = int(compiled.library.get_pointer_to_function(name))
 
     def __wrapper_address__(self) -> int:
-        """Return where its machine code begins."""
         return self._begins
 
     def signature(self) -> Any:

@@ -204,7 +204,6 @@ def _lines(raw: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _record(where: str, text: bytes) -> tuple[int, int, bytes]:
-    """Return type, address and data of one record."""
     digits = text[1:]
     if text[:1] != b":":
         raise FirmwareError(where, _shown(text), "a record, which begins with a colon")

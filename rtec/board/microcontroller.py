@@ -50,7 +50,6 @@ class Microcontroller:
     part: Literal["8051", "8052"] = "8052"
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         if self.timing not in TIMINGS:
             raise unknown("timing", self.timing, TIMINGS, noun="timing")
         whole_within("clock_hz", self.clock_hz, 10_000, 1_000_000_000, unit="Hz")

@@ -84,7 +84,6 @@ class EnvelopePlan:
     motion: InMotion | None = None
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("jitter_ps", self.jitter_ps, 0, 1_000_000_000, unit="ps")
 
 

@@ -81,7 +81,6 @@ def gate_of(stand: Stand, safe_hz: float, jitter_ps: int = 0, *, top_hz: float =
 
 
 def _inserts(streams: Streams, frequency_hz: float) -> bool:
-    """Return whether something is inserted while the axis moves, at any phase."""
     stand, shifts_ps = streams.stand, streams.phases_ps(frequency_hz, _PHASES)
     for some in (shifts_ps[:1], shifts_ps[1:]):
         for motion in streams.motions(frequency_hz):

@@ -62,7 +62,6 @@ class InMotion:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("acceleration_hz_s", self.acceleration_hz_s, 1.0, 1e12, unit="Hz/s")
         whole_within("seed", self.seed, 0, 2**63 - 1)
 

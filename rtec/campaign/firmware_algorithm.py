@@ -180,7 +180,6 @@ class Firmware:
 
 
 def _bounds(parts: Sequence[Sized]) -> NDArray[np.int64]:
-    """Return where each part begins in all of them joined, and the end."""
     return np.cumsum([0, *(len(part) for part in parts)], dtype=np.int64)
 
 

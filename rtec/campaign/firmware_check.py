@@ -97,7 +97,6 @@ class FirmwareCheckPlan:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         for frequency in self.frequencies_hz:
             number_within("frequency_hz", frequency, SLOWEST_HZ, FASTEST_HZ, unit="Hz")
         whole_within("phases", self.phases, 1, 10_000)
@@ -333,7 +332,6 @@ class _Campaign:
 
 
 def _from(bench: Bench, power_up: BenchState, done: tuple[Callable[[Bench], str], ...]) -> None:
-    """Go through the start-up again."""
     bench.go_back(power_up)
     for check in done:
         check(bench)

@@ -32,13 +32,11 @@ def says(message: int) -> str:
 
 
 def _expect(bench: Bench, message: int, when: str) -> None:
-    """Wait for a message that has to come."""
     if not bench.await_message(message, readings=_ANSWER_READINGS):
         raise Failed(f"{when}: {says(bench.words.message)} instead of {says(message)}", bench.now_ps)
 
 
 def _accepts(bench: Bench, total: int) -> bool:
-    """Return whether a total is accepted in time."""
     return bench.await_that(lambda: bench.words.accepted == total, readings=_ANSWER_READINGS)
 
 

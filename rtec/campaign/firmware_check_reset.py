@@ -44,7 +44,6 @@ def resets(bench: Bench, home: BenchState) -> AfterReset:
 
 
 def _span(bench: Bench, home: BenchState, sign: int) -> tuple[int, int]:
-    """Return begin and end of the insertion."""
     bench.go_back(home)
     bench.board.ask(sign)
     bench.await_that(lambda: bench.words.completed == sign, readings=8.0)

@@ -113,7 +113,6 @@ class MatrixPlan:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("seeds", self.seeds, 1, 1000)
         whole_within("first", self.first, 0, 999)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)

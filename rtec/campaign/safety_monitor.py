@@ -261,7 +261,6 @@ def sinusoidal_table(
 
 
 def _slope(predictor: Predictor) -> float:
-    """Return the steepest change of the deviation, mm per mm."""
     low_mm, high_mm = predictor.range_mm
     grid_mm = np.linspace(max(low_mm, -1e3), min(high_mm, 1e3), 2001)
     steepest = 0.0

@@ -149,7 +149,6 @@ def hot_table() -> Predictor:
 
 
 def _order(cell: MonitoredCell, phase: Phase, *, first: bool) -> None:
-    """Do what the operator does."""
     if phase is Phase.PROBING:
         cell.probe(first)
     else:

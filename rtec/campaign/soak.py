@@ -68,7 +68,6 @@ class SoakPlan:
     threads: int = 2
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("hours", self.hours, 1e-3, 1e5, unit="h")
         number_within("episode_s", self.episode_s, 20.0, 3600.0, unit="s")
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
@@ -319,7 +318,6 @@ def _run(cell: MonitoredCell, programs: Programs, orders: Orders, drawn: Drawn, 
 
 
 def _phase(cell: MonitoredCell, axis: int, probing: bool) -> Phase:
-    """Return what an axis is doing."""
     speed_mm_s = abs(cell.axes[axis - 1].view.speed_mm_s)
     if not cell.running:
         return Phase.START_UP
@@ -331,7 +329,6 @@ def _phase(cell: MonitoredCell, axis: int, probing: bool) -> Phase:
 
 
 def _concluded(cell: MonitoredCell, design: Design, number: int, drawn: Drawn, phases: list[Phase]) -> Episode:
-    """Return what came of an episode."""
     axes = cell.monitored
     injected, unfired = [], []
     last_ps = None

@@ -156,7 +156,6 @@ def _refuse_others(options: Options, kind: str) -> None:
 
 
 def _contract(options: Options) -> Contract:
-    """Return what is asked of the algorithm."""
     said = {name: getattr(options, name) for name in _LIMITS}
     limits: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
     if options.design is not None:

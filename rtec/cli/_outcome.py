@@ -126,7 +126,6 @@ def _open_streams() -> None:
 
 
 def _ended(command: Callable[[], None]) -> int:
-    """Return the exit code of a command that came to its end."""
     import typer  # Ctrl-C while it loads must meet the handler, too
 
     # typer keeps the base of its errors in click or in a copy of click, depending on its version

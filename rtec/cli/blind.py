@@ -77,7 +77,6 @@ def new(
 
 
 def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
-    """Return what options hide; None where the seed decides."""
     from rtec.blind import Scenario, plan_named, plans_showing, read_size, scenario_of_sizes
 
     if not hide:

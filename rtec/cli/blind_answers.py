@@ -145,7 +145,6 @@ def score(
 
 
 def _show_answers(games: list[Path], as_json: bool) -> None:
-    """Print the answers to games, with their points."""
     found: list[dict[str, Any]] = [{"data": str(data), "answers": _answers(data)} for data in games]
     if as_json:
         print_json({"games": found})

@@ -220,7 +220,6 @@ def _moves(program: Path | None, home_mm: float, speed: float, *, stand: bool) -
 
 
 def _first_session(seed: int | None) -> int:
-    """Return the number of the first session: another one each time, so that a PC notices a box started again."""
     import random
 
     own = random.Random(seed)  # noqa: S311 - a number, no secret

@@ -45,7 +45,6 @@ _CONTRACT, _DOOR, _OUTPUT = "The contract", "What runs it", "Output"
 
 
 def _algorithms(incomplete: str) -> list[str]:
-    """Complete a design or a file."""
     files = files_ending(".py", ".v", ".sv", ".ihx", ".hex")
     return [*completing(("original", "a", "b", "c"))(incomplete), *files(incomplete)]
 
@@ -263,7 +262,6 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
 
 
 def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files) -> bool:
-    """Play one stream; return whether every count is right."""
     from rtec.conformance.trials import Case, Trials
 
     must_finish = stream.final_state in chosen.contract.states
@@ -292,7 +290,6 @@ def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files) -> bo
 
 
 def _write(run: Run | None, name: str, files: _Files) -> dict[str, str]:
-    """Write the files that were asked for; return them by their names."""
     made: dict[str, str] = {}
     for kind, file in (("figure", files.figure), ("vcd", files.vcd)):
         if file is None:

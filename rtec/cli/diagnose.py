@@ -92,7 +92,6 @@ def _write(
     save: Path | None,
     suggest: Path | None,
 ) -> dict[str, str]:
-    """Write report, model and plan where they are asked for; return them by their names."""
     from rtec.inference.model_file import write_model
     from rtec.io import report_folder
     from rtec.report.diagnosis import write_diagnosis, write_several

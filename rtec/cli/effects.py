@@ -52,7 +52,6 @@ def effects(
 
 
 def _document(effect: Effect) -> dict[str, Any]:
-    """Return what the library knows of an effect; units are those of a linear axis and of a force."""
     from rtec.effects import Observable, Units
 
     units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
@@ -74,7 +73,6 @@ def _document(effect: Effect) -> dict[str, Any]:
 
 
 def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
-    """Return shape parameters and amplitudes by name, unit and meaning."""
     from rtec.inference.shape_text import parameter_unit
 
     items = fields(effect.shape_type)

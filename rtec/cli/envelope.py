@@ -131,7 +131,6 @@ def _check_motion(motion: AskedMotion | None, with_it: Mapping[str, bool], witho
 
 
 def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int | None) -> InMotion:
-    """Return what is to be searched."""
     from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
     from rtec.campaign.envelope_motion import InMotion
 

@@ -148,7 +148,6 @@ def _compensation(
 
 
 def _sentence(document: dict[str, Any]) -> str:
-    """Return what a file holds, in words."""
     reach = f"from {document['from_mm']:g} to {document['to_mm']:g} mm"
     if document["nodes"] is None:
         return (

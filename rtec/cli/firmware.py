@@ -124,7 +124,6 @@ def trace(
 
 
 def _latches(cpu: Mcs51) -> list[int]:
-    """Return the latches of P0..P3."""
     return [int(cpu.sfr[0x10 * port]) for port in range(4)]
 
 
@@ -223,7 +222,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
 
 
 def _processor(image: Path, part: str, timing: str) -> Mcs51:
-    """Return a processor with an image, compiled."""
     from firmware_model import Mcs51, _jit, read_hex
 
     with as_bad_input():
@@ -258,7 +256,6 @@ def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
 
 
 def _show(found: dict[str, object]) -> None:
-    """Print the document as lines for people."""
     fault, memory = found["fault"], str(found["iram"])
     typer.echo(
         f"{found['instructions']} instructions in {found['cycles']} cycles ({found['timing']}); PC {found['pc']:04X}"

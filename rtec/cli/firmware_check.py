@@ -106,7 +106,6 @@ def check(
 
 
 def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> dict[str, str]:
-    """Write the files that were asked for; return them by their names."""
     written: dict[str, str] = {}
     for name, file in (("figure", figure), ("vcd", vcd)):
         if file is None:
@@ -173,7 +172,6 @@ class _Labels:
 
 
 def _show(verdict: FirmwareVerdict, labels: _Labels, worst: str | None) -> None:
-    """Print the verdict for people."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -169,7 +169,6 @@ def _inputs(measurement: Measurement, coordinate: Coordinate, given: Mapping[str
 
 
 def _check_alike(tests: Sequence[JudgedTest]) -> None:
-    """Refuse a linear axis beside a rotary one."""
     first = tests[0]
     for test in tests[1:]:
         if test.figures.coordinate is not first.figures.coordinate:
@@ -190,7 +189,6 @@ def _report(of_tests: Sheet, output: Path) -> Path:
 
 
 def _refuse_warnings(tests: Sequence[JudgedTest]) -> None:
-    """Say every warning, and end where there is one."""
     count = sum(len(test.warnings) for test in tests)
     if count:
         _say(tests, "error", with_unused=False)

@@ -185,7 +185,6 @@ def _predictors(
     travel_mm: float,
     cautious: bool,
 ) -> tuple[dict[int, Predictor], float]:
-    """Return what the PC knows of each axis' error, and where home lies in its positions, in mm."""
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if cautious and not models:

@@ -98,7 +98,6 @@ def replay(
 
 
 def _tell(outcome: ReplayOutcome, found: Survey, tolerance_ps: int) -> None:
-    """Print what was played, and where the answers differ."""
     from rich.console import Console
     from rich.table import Table
 

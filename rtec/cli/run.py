@@ -97,7 +97,6 @@ def run(
 
 
 def _show(result: StudyResult) -> None:
-    """Print what the search found, then before and after."""
     from rich.console import Console
 
     from rtec.report.diagnosis import found_table, verdict_sentence
@@ -117,7 +116,6 @@ def _show(result: StudyResult) -> None:
 
 
 def _write_builtin(file: Path) -> None:
-    """Write the built-in study to a file of the user's."""
     from rtec.io import write_text
     from rtec.study import builtin_text
 

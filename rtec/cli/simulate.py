@@ -273,7 +273,6 @@ def simulate(
 
 
 def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) -> int:
-    """Return the length that is asked for, or that of a programme."""
     from rtec.axis.motion import programme_counts
 
     if program is not None and cycles is not None:
@@ -286,7 +285,6 @@ def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) ->
 
 
 def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
-    """Run, show the result and exit with the verdict."""
     from rtec.machine import simulate as run
     from rtec.report.terminal_simulate import show
 

@@ -39,7 +39,6 @@ def tables(
 
 
 def _show(design: Design, found: list[Walk]) -> None:
-    """Print a table for people."""
     from rich.console import Console
     from rich.table import Table
 

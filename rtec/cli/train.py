@@ -26,7 +26,6 @@ _WHOLE_LINES = 1000
 
 
 def _row(said: str) -> str:
-    """Read the name of a row of the table."""
     from rtec.training import all_methods
 
     names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
@@ -124,7 +123,6 @@ def _effort(starts: int, thesis: bool) -> Effort:
 
 
 def _chosen(result: PredictorComparison, pick: str | None) -> Row:
-    """Return the row that is to be written."""
     row = result.best if pick is None else result.named(pick)
     if row is None or not row.works:
         why = "no predictor has a figure" if row is None or row.reason is None else row.reason
@@ -161,7 +159,6 @@ def _write(path: Path, result: PredictorComparison, row: Row, *, force: bool) ->
 
 
 def _show(result: PredictorComparison, notes: tuple[str, ...]) -> None:
-    """Print the table, and what it says in sentences."""
     from rich.console import Console
 
     from rtec.report.training import training_sentence, training_table

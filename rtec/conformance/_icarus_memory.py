@@ -83,7 +83,6 @@ def _within(path: str | None, name: str) -> str | None:
 
 
 def _threads(compiled: str) -> Iterator[tuple[str, str]]:
-    """Yield the code of each process and its name."""
     begin = 0
     for thread in _THREAD.finditer(compiled):
         yield compiled[begin : thread.start()], thread[1]

@@ -140,7 +140,6 @@ def _may_rest(build: Path) -> bool:
 
 
 def _ports(header: str) -> list[Port]:
-    """Read the ports from the class that Verilator wrote."""
     found = _PORT.findall(header)
     plain = [(way, _CODED.sub(lambda code: chr(int(code[1], 16)), name), high, low) for way, name, high, low in found]
     return [

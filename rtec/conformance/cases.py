@@ -310,7 +310,6 @@ def asking(trials: Trials) -> Iterator[Case]:
 
 
 def _moments(window: tuple[int, int]) -> list[int]:
-    """Return moments through an insertion, a fifth of it before and behind."""
     begin_ps, end_ps = window
     margin_ps = max((end_ps - begin_ps) / 5.0, 1.0)
     return [round(t) for t in np.linspace(begin_ps - margin_ps, end_ps + margin_ps, _WINDOW_PHASES)]

@@ -61,7 +61,6 @@ class Contract:
     turn_ps: int = 100_000
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("step_counts", self.step_counts, 1, 1000)
         if not self.states or any(state not in range(4) for state in self.states):
             raise ArgumentError("states", self.states, "some of the angle states 0 to 3")

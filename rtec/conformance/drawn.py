@@ -159,7 +159,6 @@ def _requests(trials: Trials, rng: np.random.Generator, edges_ps: list[int]) -> 
 
 
 def _next_total(rng: np.random.Generator, totals: list[int]) -> int:
-    """Draw the total that follows others: most of the time one step away, and never beyond the box's window."""
     seen = [0, *totals]
     lowest, highest = max(seen) - MOST_STEPS, min(seen) + MOST_STEPS
     if rng.random() < 0.7:

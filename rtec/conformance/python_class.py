@@ -172,7 +172,6 @@ class PythonClass(Closing):
         return head + b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
 
     def _answer(self, stimulus: Stimulus) -> Response:
-        """Read the response to a stimulus that was sent, or that waits to be."""
         if not self._noted:
             self.note, self._noted = self._said()[1], True
         made, booked, no, first, broken_ps, size = ANSWER.unpack(self._read(ANSWER.size))
@@ -234,7 +233,6 @@ class PythonClass(Closing):
         return bool(readable)
 
     def _how_it_ended(self) -> str:
-        """Return in words how the process came to its end."""
         if self._process is None:
             return "its process is gone"
         with contextlib.suppress(subprocess.TimeoutExpired):

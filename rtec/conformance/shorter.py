@@ -120,7 +120,6 @@ def _first_that_keeps(
 
 # --- what is cut ---
 def _without_edges(stream: Stream, _: Trials) -> Iterator[Stream]:
-    """Yield streams without some edges, most of them first."""
     size = stream.edges_ps.size
     cut = size
     while cut:

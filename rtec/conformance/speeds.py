@@ -189,7 +189,6 @@ def _jitter_ps(trials: Trials, found: Frequencies) -> int:
 
 
 def _acceleration(trials: Trials) -> float:
-    """Return the largest acceleration at which turns and starts do no harm; 0 where the smallest one does."""
     contract = trials.contract
     _, levels = accelerations_of(contract)
 

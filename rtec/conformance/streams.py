@@ -200,7 +200,6 @@ def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[in
 
 
 def _exact(t_ps: int) -> str:
-    """Write a time without losing a picosecond."""
     for unit, digits in (("ms", 9), ("us", 6), ("ns", 3)):
         if t_ps >= 10**digits:
             whole, rest = divmod(t_ps, 10**digits)

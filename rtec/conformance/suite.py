@@ -127,7 +127,6 @@ class _Suite:
         )
 
     def _try(self, name: str, make: Callable[[Trials], Iterable[Case]], parts: int) -> None:
-        """Make the runs of one check, up to the first that is wrong."""
         if any(check.name == name for check in self.checks):
             return  # it has failed already, when the time to settle was measured
         if self.over:

@@ -102,7 +102,6 @@ class Pins:
     where: str = "pins"
 
     def __post_init__(self) -> None:
-        """Check names and range."""
         whole_within(f"{self.where}: reset_ticks", self.reset_ticks, 1, 10_000)
         seen: dict[str, str] = {}
         for key, name in {"top": self.top, **self._ports()}.items():
@@ -159,7 +158,6 @@ class Pins:
         return {name: port.bits for name, port in known.items()}
 
     def _ports(self) -> dict[str, str]:
-        """Return the port's name for each key that has one."""
         names = {key: getattr(self, key) for key in _RULES}
         return {key: name for key, name in names.items() if name is not None}
 

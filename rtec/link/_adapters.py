@@ -68,7 +68,6 @@ class Adapter:
     _ahead: ReadAhead | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
-        """Check the names and the rate."""
         if self.interface not in can.VALID_INTERFACES:
             names = sorted(can.VALID_INTERFACES)
             hint = nearest(self.interface, names)
@@ -192,7 +191,6 @@ class Adapter:
 
 
 def _device(channel: str) -> str:
-    """Return the device of a channel, which may name the speed of its line after an @."""
     return channel.split("@", maxsplit=1)[0]
 
 
@@ -250,7 +248,6 @@ class ReadAhead:
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
-    """Yield an error and its causes."""
     step: BaseException | None = error
     while step is not None:
         yield step

@@ -51,7 +51,6 @@ class Frame:
     identifier_format: IdentifierFormat = IdentifierFormat.BASE
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         limit = (1 << self.identifier_format.value) - 1
         if type(self.identifier) is not int or not 0 <= self.identifier <= limit:
             whole_within("identifier", self.identifier, 0, limit)

@@ -287,7 +287,6 @@ class LogReader:
             raise unreadable(self.path, error, "a log") from None
 
     def _with_count(self, error: FileFormatError) -> FileFormatError:
-        """Add what was read up to the error."""
         whole = f"{self.frames} frame{'' if self.frames == 1 else 's'} before it read well"
         return FileFormatError(self.path, error.line, f"{error.problem}; {whole}", error.allowed)
 

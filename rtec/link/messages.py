@@ -238,7 +238,6 @@ class MessageSet:
 
 
 def _agrees(data: bytes) -> bool:
-    """Return whether the total of a request and its inverse say the same."""
     return int.from_bytes(data[2:4], "little") ^ int.from_bytes(data[4:6], "little") == 0xFFFF
 
 
@@ -276,7 +275,6 @@ def _check_claims(path: str | Path, text: str) -> None:
 
 
 def _parsed(path: str | Path, text: str) -> Database:
-    """Return the database that a DBC's text describes."""
     import cantools  # noqa: PLC0415 - 0.4 s
     from cantools.database.can import Database as CanDatabase  # noqa: PLC0415 - cantools, for its users only
 

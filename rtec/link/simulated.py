@@ -296,7 +296,6 @@ class SimulatedBus:
         return crowded
 
     def _deliver(self) -> None:
-        """Hand the frame that has just arrived to every node but its sender."""
         sender = int(self._bus.node)
         frame = _unpacked(int(self._bus.identifier), int(self._bus.payload))
         for node, transport in list(self._transports.items()):
@@ -410,7 +409,6 @@ class SimulatedTransport(Closing):
 
 
 def _packed(frame: Frame) -> tuple[int, int]:
-    """Return a frame as the kernels want it."""
     missing = PAYLOAD_BYTES - len(frame.data)
     payload = int.from_bytes(frame.data + bytes(missing), "little", signed=True)
     extended = _bus_kernels.EXTENDED if frame.identifier_format is IdentifierFormat.EXTENDED else 0
@@ -418,7 +416,6 @@ def _packed(frame: Frame) -> tuple[int, int]:
 
 
 def _unpacked(identifier: int, payload: int) -> Frame:
-    """Return the frame that the kernels have carried."""
     extended = identifier & _bus_kernels.EXTENDED
     missing = (identifier & ~_bus_kernels.EXTENDED) >> _bus_kernels.SHORT_SHIFT
     data = payload.to_bytes(PAYLOAD_BYTES, "little", signed=True)

@@ -240,7 +240,6 @@ class ReplayComparison:
 
 
 def _unchecked(track: _Track, until_ps: int) -> Iterator[tuple[int, Values]]:
-    """Yield the frames up to a time that have not been compared."""
     while track.checked < len(track.frames) and track.frames[track.checked][0] <= until_ps:
         track.checked += 1
         if track.frames[track.checked - 1][0] >= 0:

@@ -93,7 +93,6 @@ class PcLoop:
             self.strangers += 1
 
     def _time(self, k: int, node: PcNode, now_ps: int) -> None:
-        """Keep how late this turn is, and how long the last answer took."""
         view = node.view
         if view.counters.answered != self._answered[k]:
             self._answered[k] = view.counters.answered
@@ -103,7 +102,6 @@ class PcLoop:
             self.late_ps.append(now_ps - node.due_ps)
 
     def _send(self, frames: Iterable[Frame]) -> None:
-        """Send frames as long as there is a bus."""
         if self.lost is None:
             try:
                 for frame in frames:

@@ -50,7 +50,6 @@ def picture(document: Document, *, width: int = 100) -> RenderableType:
 
 
 def _table(axes: Sequence[Document]) -> Table:
-    """Return a row for each quantity, a column for each axis."""
     table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("")
     for axis in axes:

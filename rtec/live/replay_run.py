@@ -201,7 +201,6 @@ class ReplayRun:
         return True
 
     def _take(self, received: Received) -> None:
-        """Take a frame from the bus."""
         frame = received.frame
         kind = kind_of(frame)
         if kind in self._found.role.kinds:

@@ -117,7 +117,6 @@ def _pace(each: StationSettings) -> tuple[float, float, int]:
 
 
 def _copied(part: Any) -> Any:
-    """Return a copy of all arrays in nested tuples."""
     if isinstance(part, tuple):
         return tuple(_copied(each) for each in part)
     return part.copy() if isinstance(part, np.ndarray) else part

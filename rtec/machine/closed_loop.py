@@ -79,7 +79,6 @@ class Growth:
     time_constant_s: float = 60.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("final_mm", self.final_mm, -10.0, 10.0, unit="mm")
         number_within("time_constant_s", self.time_constant_s, 1e-3, 1e6, unit="s")
 
@@ -373,7 +372,6 @@ def _result(
     trace: NDArray[np.float64] | None,
     wall_s: float,
 ) -> LoopResult:
-    """Collect what the state says at the end, and audit the counts."""
     insertions = insertions_of(state.injector, None if firmware is None else firmware.board.state)
     received = result_of(state.receiver)
     step = machine.injector.design.step_counts if machine.injector else 0

@@ -111,7 +111,6 @@ class FaultRow:
     seen_by: str = ""
 
     def __post_init__(self) -> None:
-        """Check the lines."""
         _ = self.cable
 
     @property

@@ -81,7 +81,6 @@ class Fault:
     trigger: Trigger = Trigger.AT_ONCE
 
     def __post_init__(self) -> None:
-        """Check what the class needs."""
         where = self.kind.place
         whole_within("from_ps", self.from_ps, 0, NEVER - 1, unit="ps")
         if self.until_ps is not None:
@@ -110,7 +109,6 @@ class Fault:
         return NEVER if self.until_ps is None else self.until_ps
 
     def __str__(self) -> str:
-        """Return the fault in words."""
         ends = "" if self.until_ps is None else f" to {self.until_ps / PS_PER_S:g} s"
         waits = f", {self.trigger.value}" if self.trigger is Trigger.WHILE_INSERTING else ""
         return f"{self.kind.words} from {self.from_ps / PS_PER_S:g} s{ends}{waits}"

@@ -41,7 +41,6 @@ class Laser:
     dwell_s: float = 4.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("window_mm", self.window_mm, 1e-6, 1e3, unit="mm")
         number_within("dwell_s", self.dwell_s, 1e-3, 1e4, unit="s")
 
@@ -112,7 +111,6 @@ def measuring_run(
 
 
 def _schedule(motion: MotionSegments, readings: Sequence[tuple[int, float, int, int]]) -> MeasuringRun:
-    """Find when each block of a reading begins and ends."""
     block, target, direction, run = (np.array(column) for column in zip(*readings, strict=True))
     ends = motion.block_end_ps[block]
     begins = motion.block_end_ps[block - 1]

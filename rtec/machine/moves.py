@@ -39,7 +39,6 @@ class Move:
     rest_s: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("target_mm", self.target_mm, -1e6, 1e6, unit="mm")
         number_within("speed_mm_s", self.speed_mm_s, 1e-6, 1e4, unit="mm/s")
         number_within("rest_s", self.rest_s, 0.0, 1e6, unit="s")
@@ -76,7 +75,6 @@ class Line:
     rest_s: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         targets = tuple(number_within("targets_mm", target, -1e6, 1e6, unit="mm") for target in self.targets_mm)
         object.__setattr__(self, "targets_mm", targets)
         number_within("speed_mm_s", self.speed_mm_s, 1e-6, 1e4, unit="mm/s")

@@ -73,7 +73,6 @@ class OpenPath:
     motion: Motion | None = None
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         cycles = whole_within("cycles", self.cycles, 1, MAX_EDGES // 4)
         frequency_hz = number_within("frequency_hz", self.frequency_hz, 1e-3, 1e8, unit="Hz")
         if cycles / frequency_hz * PS_PER_S > LONGEST_RUN_PS:

@@ -150,7 +150,6 @@ def _run(
 
 
 def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wall_s: float) -> OpenPathResult:
-    """Collect what the run's state says."""
     insertions = insertions_of(state.injector, None if board is None else board.state)
     received = result_of(state.receiver)
     encoder_counts = int(state.encoder.count)

@@ -140,6 +140,5 @@ def _totals(rows: NDArray[np.int64], column: int) -> Totals:
 
 
 def _changes(rows: NDArray[np.int64], column: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the times at which a column changes, and what it is from then on."""
     at = np.flatnonzero(np.diff(rows[:, column])) + 1
     return rows[at, TIME], rows[at, column]

@@ -169,6 +169,5 @@ def estimated_bytes(path: OpenPath) -> int:
 
 
 def _mean_digits(largest: int) -> float:
-    """Return the mean number of digits of whole numbers spread evenly from 0 to ``largest``."""
     digits = len(str(max(largest, 1)))
     return digits - (10 ** (digits - 1) - 1) / 9 / max(largest, 1)

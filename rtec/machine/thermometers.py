@@ -46,7 +46,6 @@ class Thermometer:
     time_constant_s: float = 60.0
 
     def __post_init__(self) -> None:
-        """Check name and ranges."""
         try:
             sensor_names([self.name])
         except ArgumentError as error:

@@ -70,7 +70,6 @@ class HandshakeSettings:
     rounding_margin: float = 0.03
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("window_steps", self.window_steps, 1, 32767)
         whole_within("grace_readings", self.grace_readings, 0, 1000)
         whole_within("box_period_ps", self.box_period_ps, PS_PER_US, 1000 * PS_PER_MS, unit="ps")

@@ -60,7 +60,6 @@ class Setup:
     cycle_ps: int
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         number_within("step_mm", self.step_mm, 0.0, 1e9, unit="mm")
         whole_within("cycle_ps", self.cycle_ps, 1, PS_PER_S, unit="ps")
 
@@ -97,5 +96,4 @@ class Setup:
         return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
     def __str__(self) -> str:
-        """Return it in the units of the commands."""
         return f"design {self.design}, step {self.step_mm * 1000:.6g} µm, cycle {self.cycle_ps / 1e9:g} ms"

@@ -132,7 +132,6 @@ class SupervisionLimits:
     speed: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
         whole_within("cycle_ps", self.cycle_ps, PS_PER_MS, 1000 * PS_PER_MS, unit="ps")
         whole_within("watchdog_ps", self.watchdog_ps, PS_PER_MS, 100_000 * PS_PER_MS, unit="ps")
         whole_within("completion_timeout_ps", self.completion_timeout_ps, 0, 10**17, unit="ps")
