@@ -189,18 +189,28 @@ class OutputError(RtecError, OSError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return a hint naming the known word that is meant, where one is near; else all of them.
 
+    Examples
+    --------
+    >>> nearest("orginal", ["original", "a", "b", "c"]), nearest("in", ["mm", "inch"])
+    ("did you mean 'original'?", "did you mean 'inch'?")
+    >>> nearest("conversation", ["calibration", "handshake"])
+    'known: calibration, handshake'
+    """
+    names = list(known)
+    return meant(word, names) or _KNOWN + ", ".join(names)
+
+
+def meant(word: str, known: Iterable[str]) -> str:
+    """Return a hint naming the known word that is meant; nothing where none is near.
+
     Near is a word that differs by slips of the fingers, in any case of letters: one letter in three at most is
     missing, too much, another one, or in the place of its neighbour. Else it is the shortest that holds ``word`` or
     begins with it but for one slip, or with which ``word`` begins.
 
     Examples
     --------
-    >>> nearest("orginal", ["original", "a", "b", "c"]), nearest("in", ["mm", "inch"])
-    ("did you mean 'original'?", "did you mean 'inch'?")
-    >>> nearest("glich", ["glitches", "bus-off"])
-    "did you mean 'glitches'?"
-    >>> nearest("conversation", ["calibration", "handshake"])
-    'known: calibration, handshake'
+    >>> meant("glich", ["glitches", "bus-off"]), meant("conversation", ["calibration", "handshake"])
+    ("did you mean 'glitches'?", '')
     """
     names, begun = list(known), word[:60].casefold()
     slips = {name: _slips(begun, name.casefold()) for name in names}
@@ -210,7 +220,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
             name for name in names if _holds(name.casefold(), begun) or (len(begun) > 4 and min(slips[name]) == 1)
         )
         close = min(held, key=len, default="")
-    return f"did you mean '{close}'?" if close else _KNOWN + ", ".join(names)
+    return f"did you mean '{close}'?" if close else ""
 
 
 def _holds(name: str, word: str) -> bool:

@@ -18,7 +18,7 @@ from rtec.axis._laid_out import laid_out, moves, planned
 from rtec.axis.profile import Limits, MotionSegments, plan
 from rtec.axis.program import Dwell, Move, Program
 from rtec.checks import number_within, whole_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 COUNT_MM = 1.0
@@ -137,8 +137,7 @@ adversary, or a G-code file (.nc, .ngc, .gcode, .tap, .txt); did you mean 'rever
     if word.endswith(PROGRAMME_ENDINGS):
         return Path(text)
     allowed = f"{', '.join(NAMES)}, or a G-code file ({', '.join(PROGRAMME_ENDINGS)})"
-    near = nearest(word[:60], NAMES)
-    hint = near if near.startswith("did") else ""
+    hint = meant(word[:60], NAMES)
     raise ArgumentError("--motion", repr(text[:60]), allowed, hint, problem="is not a motion")
 
 

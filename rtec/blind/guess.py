@@ -10,7 +10,7 @@ from rtec.blind.hidden import Parameter, Secret
 from rtec.blind.scenario import OUTSIDE
 from rtec.blind.sizes import SIZES, Size, read_size, size_of
 from rtec.effects import LIBRARY
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 
 NOTHING = "nothing"
 """The answer where no effect is hidden."""
@@ -190,10 +190,8 @@ def _check(answer: Sequence[str]) -> None:
         raise ArgumentError("EFFECT", "no name", f"names of effects, or '{NOTHING}'")
     for name in answer:
         if name not in ANSWERS:
-            hint = nearest(name, ANSWERS)
             allowed = f"effects of 'rtec effects', '{UNKNOWN}' or '{NOTHING}'"
-            hint = "" if hint.startswith("known") else hint
-            raise ArgumentError("EFFECT", repr(name)[:60], allowed, hint, problem="is not an effect")
+            raise ArgumentError("EFFECT", repr(name)[:60], allowed, meant(name, ANSWERS), problem="is not an effect")
     if len(set(answer)) != len(answer):
         raise ArgumentError("EFFECT", repr(" ".join(answer)[:60]), "each name once", problem="names an effect twice")
     if NOTHING in answer and len(answer) > 1:

@@ -48,7 +48,9 @@ def mechanism_of(stand: Stand, failure: Failure, trials: Bursts | Streams) -> Me
     if failure.verdict == kernels.NOT_COMPLETED:
         return Mechanism.GATE
     shown = stand.show(failure.moment, failure.motion, failure.shift_ps)
-    if _legal(shown, stand.design.step_counts):
+    counts = shown.seen.counts()
+    inserted = stand.design.step_counts * shown.completed
+    if counts.illegal == 0 and counts.net == shown.sent.counts().net + inserted:  # whatever the controller made of it
         failing = _with_ideal_decoder(stand, failure, trials)
         if failing is None:
             return Mechanism.FILTER
@@ -57,12 +59,6 @@ def mechanism_of(stand: Stand, failure: Failure, trials: Bursts | Streams) -> Me
     if through_gates:
         return _at_gates(stand, failure, shown, trials)
     return through_processor(shown.sent, shown.seen)
-
-
-def _legal(shown: Shown, step_counts: int) -> bool:
-    """Return whether the lines hold what they should, whatever the controller made of them."""
-    counts = shown.seen.counts()
-    return counts.illegal == 0 and counts.net == shown.sent.counts().net + step_counts * shown.completed
 
 
 def _with_ideal_decoder(stand: Stand, failure: Failure, trials: Bursts | Streams) -> Failure | None:

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from rtec.campaign.safety_phases import Phase, hyphened
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
@@ -187,8 +187,7 @@ def variants_named(text: str) -> tuple[Variant, ...]:
     found = tuple(variant for name, variant in names.items() if f"{name},".startswith(f"{word},"))
     if not found or not word:
         classes = dict.fromkeys(name.split(",")[0] for name in names)
-        near = nearest(word, [*classes, *names])
-        hint = near if near.startswith("did") else ""
+        hint = meant(word, [*classes, *names])
         allowed = f"a class ({', '.join(classes)}) or one of it"
         raise ArgumentError("fault", repr(text[:60]), allowed, hint, problem="is not a fault")
     return found

@@ -10,7 +10,7 @@ from typing import Any
 from rtec.cli._check_options import Options
 from rtec.cli._parameters import apart
 from rtec.conformance.contract import Contract
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 from rtec.injector import Algorithm, Design
 
 _DESIGNS = tuple(design.value for design in Design)
@@ -69,8 +69,7 @@ def choose(options: Options) -> Chosen:
         return _machine_code(options)
     if word.lower() in _DESIGNS:
         return _built_in(options)
-    near = nearest(word[:60].lower(), _DESIGNS)
-    hint = near if near.startswith("did") else ""
+    hint = meant(word[:60].lower(), _DESIGNS)
     raise ArgumentError("ALGORITHM", repr(word[:80]), _FORMS, hint, problem="is not an algorithm")
 
 

@@ -79,16 +79,14 @@ class Icarus:
 
     def _side_by_side(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
         programs = []
+        command = [str(shutil.which("vvp")), "-n", str(self._program)]
         for stimulus in stimuli:
-            program = self._shop.begin(self._command, folder=self._cwd)
+            program = self._shop.begin(lambda out: [*command, f"+rtec_out=/dev/fd/{out}"], folder=self._cwd)
             rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist(), (0, 0, 0)]
             program.ask("".join(f"{t_ps} {kind} {value}\n" for t_ps, kind, value in rows).encode("ascii"))
             programs.append(program)
         hear(programs, is_whole=lambda _: False, silent_s=SILENT_S, most_bytes=most_bytes(stimuli))
         return [_runs(program) for program in programs]
-
-    def _command(self, out: int) -> list[str]:
-        return [str(shutil.which("vvp")), "-n", str(self._program), f"+rtec_out=/dev/fd/{out}"]
 
 
 def _runs(program: Program) -> Runs:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.conformance.verilog_pins import Pins
-from rtec.errors import ArgumentError, FileFormatError, RtecError, nearest
+from rtec.errors import ArgumentError, FileFormatError, RtecError, meant
 from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.io import read_any_text
 from rtec.signal import EdgeStream
@@ -129,8 +129,7 @@ def build_error(file: Path, pins: Pins, said: str, simulator: str) -> RtecError:
             return FileFormatError(found["file"], int(found["line"]), what[:300], f"Verilog that {simulator} builds")
     if any("--top-module" in line or "root module" in line for line in lines):
         modules = _MODULE.findall(read_any_text(file)[0])
-        hint = nearest(pins.top, modules)
         allowed = f"a module of {file}: {', '.join(modules) or 'it has none'}"[:300]
-        return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, "" if hint.startswith("known") else hint)
+        return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, meant(pins.top, modules))
     first = next((line for line in lines if "rror" in line), lines[0] if lines else "no message")
     return RtecError(f"{file}: {simulator} cannot build it: {first.strip()[:300]}")

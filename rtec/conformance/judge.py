@@ -142,11 +142,13 @@ def judge(
     """
     record = new_record(SEEN)
     encoder, controller, requests = stimulus.edges, response.edges, stimulus.requests
+    # the largest count that completed steps make, as far as a sane algorithm gets
+    room = min(contract.step_counts * int(np.abs(response.completed.totals).max(initial=0)), _MOST_COUNTS)
     look(
         record, encoder.times_ps, encoder.levels, encoder.initial, controller.times_ps, controller.levels,
         controller.initial, response.completed.times_ps, response.completed.totals, requests.times_ps,
         requests.totals, contract.step_counts, contract.delay_ps, stimulus.until_ps,
-        np.full(2 * (len(encoder) + _room(response, contract)) + 3, -1, np.int64),
+        np.full(2 * (len(encoder) + room) + 3, -1, np.int64),
     )  # fmt: skip
     # plain numbers: each look at a field of a record takes as long as this
     seen = SimpleNamespace(**dict(zip(SEEN.names or (), record.item(), strict=True)))
@@ -192,11 +194,6 @@ def judge(
         pulse_ps=None if seen.pulse_ps >= NEVER else seen.pulse_ps,
         delay_ps=seen.delay_ps,
     )
-
-
-def _room(response: Response, contract: Contract) -> int:
-    """Return the largest count that completed steps make, as far as a sane algorithm gets."""
-    return min(contract.step_counts * int(np.abs(response.completed.totals).max(initial=0)), _MOST_COUNTS)
 
 
 def _last_asked_ps(stimulus: Stimulus) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 from rtec.io import Section, read_toml
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_$]{0,99}")
@@ -149,7 +149,7 @@ class Pins:
             port, where = known.get(name), f"{self.where}: {key}"
             if port is None:
                 said = ", ".join(known) or "none"
-                raise ArgumentError(where, repr(name), f"a port of {self.top}: {said}"[:400], _close(name, known))
+                raise ArgumentError(where, repr(name), f"a port of {self.top}: {said}"[:400], meant(name, known))
             if port.is_input != is_input:
                 raise ArgumentError(where, repr(name), f"an {'input' if is_input else 'output'} of {self.top}")
             if not least <= port.bits <= most:
@@ -160,9 +160,3 @@ class Pins:
     def _ports(self) -> dict[str, str]:
         names = {key: getattr(self, key) for key in _RULES}
         return {key: name for key, name in names.items() if name is not None}
-
-
-def _close(name: str, known: Iterable[str]) -> str:
-    """Return the nearest name as a hint, or nothing: all of them are listed already."""
-    hint = nearest(name, known)
-    return "" if hint.startswith("known") else hint

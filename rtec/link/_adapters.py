@@ -18,7 +18,7 @@ from can.interfaces.serial.serial_can import SerialBus
 from can.interfaces.slcan import slcanBus
 
 from rtec.checks import whole_within
-from rtec.errors import LinkError, nearest
+from rtec.errors import LinkError, meant
 
 if sys.platform != "win32":
     import fcntl
@@ -70,9 +70,8 @@ class Adapter:
     def __post_init__(self) -> None:
         if self.interface not in can.VALID_INTERFACES:
             names = sorted(can.VALID_INTERFACES)
-            hint = nearest(self.interface, names)
-            known = "" if hint.startswith("known") else f" known: {', '.join(names)}"
-            raise LinkError(self.interface, "", "python-can knows no such interface", hint + known)
+            known = f"{meant(self.interface, names)} known: {', '.join(names)}".lstrip()
+            raise LinkError(self.interface, "", "python-can knows no such interface", known)
         if not self.channel:
             raise LinkError(self.interface, "", "no channel is named", "name one, such as can0 or /dev/ttyACM0")
         if self.bitrate is not None:

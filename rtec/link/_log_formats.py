@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rtec.errors import FileFormatError
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 
 NS_PER_S = 10**9
 LONGEST_LINE_BYTES = 4096
@@ -58,11 +58,6 @@ class Logged:
     frame: Frame
     time_ps: int
     direction: Direction
-
-
-def _frame(identifier: int, extended: bool, data: bytes) -> Frame:
-    kind = IdentifierFormat.EXTENDED if extended else IdentifierFormat.BASE
-    return Frame(identifier=identifier, data=data, identifier_format=kind)
 
 
 def _nanoseconds(text: str) -> int:
@@ -108,7 +103,7 @@ def read_candump(path: Path) -> Iterator[Line]:
         if match["data"] is not None and not (extended and identifier & _CANDUMP_ERROR_FLAG):
             if identifier > (0x1FFFFFFF if extended else 0x7FF):
                 raise FileFormatError(path, number, f"identifier {match['id']}", "up to 7FF, or 1FFFFFFF as 8 digits")
-            frame = _frame(identifier, extended, bytes.fromhex(match["data"]))
+            frame = Frame(identifier=identifier, data=bytes.fromhex(match["data"]), extended=extended)
         way = Direction.SENT if (match["way"] or "R") in "Tt" else Direction.RECEIVED
         yield Line(time_ns=_nanoseconds(match["time"]), direction=way, frame=frame)
 
@@ -156,7 +151,7 @@ def _asc_frame(path: Path, number: int, match: re.Match[str], base: int) -> Fram
         data = bytes(int(byte, base) for byte in match["data"].split()[:length])
         if len(data) != length or length > PAYLOAD_BYTES:
             raise ValueError(f"{len(data)} bytes where {length} are announced")
-        return _frame(int(match["id"], base), bool(match["extended"]), data)
+        return Frame(identifier=int(match["id"], base), data=data, extended=bool(match["extended"]))
     except ValueError as error:  # an ArgumentError is one, too
         raise FileFormatError(path, number, str(error), "a classic frame with as many bytes as announced") from None
 
@@ -287,7 +282,8 @@ def _blf_line(path: Path, item: bytes, version: int, kind: int, offset: int) -> 
             return Line(time_ns=time_ns, direction=way, frame=None)
         if length > PAYLOAD_BYTES:
             raise ValueError(f"{length} bytes in a classic frame")
-        frame = _frame(identifier & ~_BLF_EXTENDED, bool(identifier & _BLF_EXTENDED), data[:length])
+        extended = bool(identifier & _BLF_EXTENDED)
+        frame = Frame(identifier=identifier & ~_BLF_EXTENDED, data=data[:length], extended=extended)
     except (struct.error, ValueError) as error:  # an ArgumentError is a ValueError
         raise FileFormatError(
             path, None, f"in the container before byte {offset}: {error}", "classic frames as the format has them"

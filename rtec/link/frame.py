@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 
 from rtec.checks import whole_within
@@ -10,13 +9,6 @@ from rtec.errors import ArgumentError
 
 PAYLOAD_BYTES = 8
 """Bytes of a whole frame; the messages of rtec fill it."""
-
-
-class IdentifierFormat(enum.Enum):
-    """Length of the identifier (ISO 11898-1: base and extended format)."""
-
-    BASE = 11
-    EXTENDED = 29
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,8 +21,8 @@ class Frame:
         0 to 0x7FF, in the extended format to 0x1FFFFFFF; the lowest wins the bus.
     data
         Up to 8 bytes.
-    identifier_format
-        Base (11 bits) or extended (29 bits).
+    extended
+        Whether the identifier is of 29 bits (ISO 11898-1: extended format) rather than of 11 (base format).
 
     Raises
     ------
@@ -48,10 +40,10 @@ class Frame:
 
     identifier: int
     data: bytes
-    identifier_format: IdentifierFormat = IdentifierFormat.BASE
+    extended: bool = False
 
     def __post_init__(self) -> None:
-        limit = (1 << self.identifier_format.value) - 1
+        limit = (1 << (29 if self.extended else 11)) - 1
         if type(self.identifier) is not int or not 0 <= self.identifier <= limit:
             whole_within("identifier", self.identifier, 0, limit)
         if not isinstance(self.data, bytes):
@@ -73,9 +65,7 @@ class Frame:
         return int.from_bytes(self.data, "little", signed=True)
 
     @classmethod
-    def of_payload(
-        cls, identifier: int, payload: int, identifier_format: IdentifierFormat = IdentifierFormat.BASE
-    ) -> Frame:
+    def of_payload(cls, identifier: int, payload: int) -> Frame:
         """Make the frame of 8 bytes that compiled code knows as a signed number.
 
         Raises
@@ -85,4 +75,4 @@ class Frame:
         """
         number = whole_within("payload", payload, -(1 << 63), (1 << 63) - 1)
         data = number.to_bytes(PAYLOAD_BYTES, "little", signed=True)
-        return cls(identifier=int(identifier), data=data, identifier_format=identifier_format)
+        return cls(identifier=int(identifier), data=data)

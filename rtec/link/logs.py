@@ -17,7 +17,7 @@ from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
 from rtec.io import unreadable
 from rtec.io.closing import Closing
 from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic, Transport
 from rtec.units import PS_PER_NS, PS_PER_S
@@ -135,7 +135,7 @@ class Log(Closing):
             timestamp=self._zero_unix_s + time_ps / PS_PER_S,
             arbitration_id=frame.identifier,
             data=frame.data,
-            is_extended_id=frame.identifier_format is IdentifierFormat.EXTENDED,
+            is_extended_id=frame.extended,
             is_rx=direction is Direction.RECEIVED,
         )
         try:

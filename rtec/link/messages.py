@@ -179,7 +179,10 @@ class MessageSet:
         verdict = Verdict.RIGHT
         if int(seal(identifier, payload)) != payload:
             verdict = Verdict.WRONG_CHECKSUM
-        elif kind == Kind.REQUEST and not _agrees(data):
+        elif (
+            kind == Kind.REQUEST
+            and int.from_bytes(data[2:4], "little") ^ int.from_bytes(data[4:6], "little") != 0xFFFF
+        ):
             verdict = Verdict.CONTRADICTORY
         if kind == Kind.HOLD:
             axis = data[3]
@@ -235,10 +238,6 @@ class MessageSet:
         data = self._messages[kind].encode({"Crc": 0, **numbers}, scaling=False)
         payload = int(seal(identifier, int.from_bytes(data, "little", signed=True)))
         return Frame.of_payload(identifier, payload)
-
-
-def _agrees(data: bytes) -> bool:
-    return int.from_bytes(data[2:4], "little") ^ int.from_bytes(data[4:6], "little") == 0xFFFF
 
 
 def _number(signal: Signal, value: int | str) -> int:
@@ -347,10 +346,8 @@ def _facts(signal: Signal) -> dict[str, object]:
         "offset": float(signal.offset),
         "unit": signal.unit or "none",
         "multiplexing": "multiplexed" if signal.is_multiplexer or signal.multiplexer_ids else "none",
-        **{f"label of {number}": labels.get(number, "none") for number in range(_labels(signal))},
+        **{
+            f"label of {number}": labels.get(number, "none")
+            for number in range(1 << min(signal.length, PAYLOAD_BYTES))
+        },
     }
-
-
-def _labels(signal: Signal) -> int:
-    """Return how many values have or may have a label."""
-    return 1 << min(signal.length, PAYLOAD_BYTES)

@@ -22,7 +22,7 @@ import can
 from rtec.errors import ArgumentError, LinkError
 from rtec.io.closing import Closing
 from rtec.link._adapters import SELECTABLE, SEND_WAIT_S, Adapter, is_full, is_garbled, reason_of
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 from rtec.link.transport import BusState, Received, Traffic
 from rtec.units import PS_PER_NS, PS_PER_S
 
@@ -303,7 +303,7 @@ def _message_of(frame: Frame) -> can.Message:
     return can.Message(
         arbitration_id=frame.identifier,
         data=frame.data,
-        is_extended_id=frame.identifier_format is IdentifierFormat.EXTENDED,
+        is_extended_id=frame.extended,
         is_rx=False,
     )
 
@@ -316,7 +316,7 @@ def _frame_of(message: can.Message) -> Frame | None:
         return Frame(
             identifier=message.arbitration_id,
             data=bytes(message.data),
-            identifier_format=IdentifierFormat.EXTENDED if message.is_extended_id else IdentifierFormat.BASE,
+            extended=message.is_extended_id,
         )
     except ArgumentError:
         return None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 from rtec.checks import number_within
-from rtec.link._log_formats import Direction, Logged
+from rtec.link._log_formats import Logged
 from rtec.link.frame import Frame
 from rtec.link.transport import Received, Transport
 
@@ -17,7 +17,6 @@ def replay(
     transport: Transport,
     *,
     speed: float = 1.0,
-    only: Direction | None = None,
     on_received: Callable[[Received], None] | None = None,
     as_sent: Callable[[Logged], Frame] = lambda logged: logged.frame,
 ) -> int:
@@ -34,8 +33,6 @@ def replay(
         Where to; on a simulated one this takes simulated time.
     speed
         2 sends twice as fast.
-    only
-        Send the frames of one direction only, such as what a PC has sent.
     on_received
         Called with each frame that arrives meanwhile.
     as_sent
@@ -70,7 +67,7 @@ def replay(
             on_received(received)
         return received is not None
 
-    for logged in _chosen(log, only):
+    for logged in log:
         due_ps = begin_ps + round(logged.time_ps / speed)
         if (last := before.get(logged.frame.identifier)) is not None:
             due_ps = max(due_ps, last[1] + round((logged.time_ps - last[0]) / (2 * speed)))
@@ -81,7 +78,3 @@ def replay(
         transport.send(as_sent(logged))
         sent += 1
     return sent
-
-
-def _chosen(log: Iterable[Logged], only: Direction | None) -> Iterator[Logged]:
-    return (logged for logged in log if only is None or logged.direction is only)

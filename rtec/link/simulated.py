@@ -32,7 +32,7 @@ from rtec.errors import ArgumentError, LinkError
 from rtec.io.closing import Closing
 from rtec.link import _bus_kernels
 from rtec.link._outbox_kernels import ROOM
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.transport import BusState, Received, Traffic
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
@@ -411,16 +411,15 @@ class SimulatedTransport(Closing):
 def _packed(frame: Frame) -> tuple[int, int]:
     missing = PAYLOAD_BYTES - len(frame.data)
     payload = int.from_bytes(frame.data + bytes(missing), "little", signed=True)
-    extended = _bus_kernels.EXTENDED if frame.identifier_format is IdentifierFormat.EXTENDED else 0
+    extended = _bus_kernels.EXTENDED if frame.extended else 0
     return frame.identifier | missing << _bus_kernels.SHORT_SHIFT | extended, payload
 
 
 def _unpacked(identifier: int, payload: int) -> Frame:
-    extended = identifier & _bus_kernels.EXTENDED
     missing = (identifier & ~_bus_kernels.EXTENDED) >> _bus_kernels.SHORT_SHIFT
     data = payload.to_bytes(PAYLOAD_BYTES, "little", signed=True)
     return Frame(
         identifier=identifier & ((1 << _bus_kernels.SHORT_SHIFT) - 1),
         data=data[: PAYLOAD_BYTES - missing],
-        identifier_format=IdentifierFormat.EXTENDED if extended else IdentifierFormat.BASE,
+        extended=bool(identifier & _bus_kernels.EXTENDED),
     )

@@ -13,7 +13,7 @@ import can
 
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, LinkError
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 from rtec.link.simulated import SimulatedBus
 from rtec.link.transport import BusState
 from rtec.units import PS_PER_S
@@ -142,9 +142,10 @@ class SimulatedCan(can.BusABC):
         self.clock.check()
         if msg.is_remote_frame or msg.is_error_frame or msg.is_fd:
             raise can.CanOperationError("the simulated bus carries classic data frames: no remote, error or FD frame")
-        kind = IdentifierFormat.EXTENDED if msg.is_extended_id else IdentifierFormat.BASE
         try:
-            self._transport.send(Frame(identifier=msg.arbitration_id, data=bytes(msg.data), identifier_format=kind))
+            self._transport.send(
+                Frame(identifier=msg.arbitration_id, data=bytes(msg.data), extended=msg.is_extended_id)
+            )
         except (LinkError, ArgumentError) as error:
             raise can.CanOperationError(str(error)) from error
 
@@ -170,7 +171,7 @@ class SimulatedCan(can.BusABC):
             message = can.Message(
                 timestamp=received.arrival_ps / PS_PER_S,
                 arbitration_id=received.frame.identifier,
-                is_extended_id=received.frame.identifier_format is IdentifierFormat.EXTENDED,
+                is_extended_id=received.frame.extended,
                 data=received.frame.data,
                 channel=0,
                 is_rx=True,

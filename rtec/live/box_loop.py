@@ -87,13 +87,14 @@ class BoxLoop:
                 received = self.transport.receive(due_ps)
             except LinkError as error:
                 self.lost = error
-        now_ps = self._now_on_bus_ps(due_ps)
+        # without a bus the clock is that of the readings, which follow each other at once
+        now_ps = self.transport.now_ps() if self.lost is None else due_ps
         late_ps = now_ps - max(due_ps, self._on_bus_ps(self.now_ps))
         if late_ps > self._longest_stall_ps:
             self.stalls += 1
             self.stalled_ps += late_ps
             self._zero_ps += late_ps
-        self.advance(self._on_axes_ps(now_ps))
+        self.advance(self._begin_ps + round((now_ps - self._zero_ps) * self.speed))
         if received is not None:
             for station in self.stations:
                 station.receive(received.frame)
@@ -109,13 +110,6 @@ class BoxLoop:
                         self.transport.send(frame)
                 except LinkError as error:
                     self.lost = error
-
-    def _now_on_bus_ps(self, due_ps: int) -> int:
-        """Return the time; without a bus the clock is that of the readings, which follow each other at once."""
-        return self.transport.now_ps() if self.lost is None else due_ps
-
-    def _on_axes_ps(self, bus_ps: int) -> int:
-        return self._begin_ps + round((bus_ps - self._zero_ps) * self.speed)
 
     def _on_bus_ps(self, axes_ps: int) -> int:
         return self._zero_ps + round((axes_ps - self._begin_ps) / self.speed)

@@ -119,7 +119,8 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
             raise ArgumentError(word.value, repr(rest[:40]), "on or off")
         return Order(word=word, axis=axis, on=rest.lower() == "on")
     if word is Word.WAIT:
-        return Order(word=word, axis=axis, wait_s=_waiting_s(rest))
+        wait_s = number_within("wait", parse_quantity(rest, TIME, name="wait"), 0.0, LONGEST_WAIT_S, unit="s")
+        return Order(word=word, axis=axis, wait_s=wait_s)
     if word is Word.FAULT or (word is Word.CLEAR and rest):
         name = _WHILE.sub("", rest).lower()
         if name not in FAULTS:
@@ -128,10 +129,6 @@ def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
     if rest:
         raise ArgumentError(word.value, repr(rest[:40]), "the word alone", problem="means nothing here")
     return Order(word=word, axis=axis)
-
-
-def _waiting_s(text: str) -> float:
-    return number_within("wait", parse_quantity(text, TIME, name="wait"), 0.0, LONGEST_WAIT_S, unit="s")
 
 
 def carry_out(order: Order, stations: Sequence[Station]) -> None:

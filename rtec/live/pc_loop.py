@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from rtec.errors import ArgumentError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, MOST_AXES, STATUS
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 from rtec.link.transport import BusState, Transport
 from rtec.requester.pc_node import PcNode
 from rtec.requester.settings import PcState
@@ -85,7 +85,7 @@ class PcLoop:
     def _take(self, frame: Frame, at_ps: int) -> None:
         for node in self.nodes:
             node.receive(frame, at_ps=at_ps)
-        base = frame.identifier_format is IdentifierFormat.BASE
+        base = not frame.extended
         axis = frame.identifier & AXIS_BITS
         if base and len(frame.data) == 8 and frame.identifier & ~AXIS_BITS == STATUS and 1 <= axis <= MOST_AXES:
             self.heard_axes.add(axis)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rtec.errors import FileFormatError
 from rtec.link._frame_kernels import AXIS_BITS, GO_HOME
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.logs import read_log
 from rtec.link.messages import Kind
 
@@ -72,11 +72,7 @@ def kind_of(frame: Frame) -> Kind | None:
     """
     axis = frame.identifier & AXIS_BITS
     base = frame.identifier - axis
-    if (
-        frame.identifier_format is not IdentifierFormat.BASE
-        or base not in _KINDS
-        or (axis == 0) != (base == Kind.HOLD)
-    ):
+    if frame.extended or base not in _KINDS or (axis == 0) != (base == Kind.HOLD):
         return None
     return Kind(base)
 

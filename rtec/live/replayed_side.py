@@ -12,7 +12,7 @@ from typing import Protocol
 
 from rtec.link._crc_kernels import seal
 from rtec.link._frame_kernels import AXIS_BITS
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.messages import Kind
 from rtec.live.played import Role, kind_of
 
@@ -147,7 +147,7 @@ def resealed(frame: Frame, changes: dict[int, int]) -> Frame:
     >>> frame == messages.encode("Request", 1, {"Total": 3, "Session": 40, "Sequence": 1})
     True
     """
-    if len(frame.data) != PAYLOAD_BYTES or frame.identifier_format is not IdentifierFormat.BASE:
+    if len(frame.data) != PAYLOAD_BYTES or frame.extended:
         return frame
 
     def right(data: bytes) -> int:

@@ -69,7 +69,8 @@ class TypedLines:
         rest = b""
         try:
             while True:
-                if self._in_background() or len(self._lines) > MOST_WAITING:
+                in_background = os.isatty(self._descriptor) and not in_front(self._descriptor)
+                if in_background or len(self._lines) > MOST_WAITING:
                     time.sleep(RETRY_S)
                     continue
                 data = os.read(self._descriptor, READ_BYTES)
@@ -80,6 +81,3 @@ class TypedLines:
                     return
         except OSError:
             return  # closed, or a terminal that has gone
-
-    def _in_background(self) -> bool:
-        return os.isatty(self._descriptor) and not in_front(self._descriptor)

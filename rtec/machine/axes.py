@@ -78,7 +78,8 @@ class Axes:
     def follow(self, moves: Moves) -> None:
         """Let them follow other moves from here on."""
         together = bool(lines_of(moves))
-        if together and len({_pace(each) for each in self.settings}) > 1:
+        paces = {(each.acceleration_mm_s2, each.hold_ramp_s, each.servo.period_ps) for each in self.settings}
+        if together and len(paces) > 1:
             raise ArgumentError("stations", "several paces", "one acceleration, hold ramp and servo period for lines")
         for state, each in zip(self.records, self.settings, strict=True):
             state.line_acceleration = each.acceleration_mm_s2 if together else 0.0
@@ -110,10 +111,6 @@ class Axes:
 
 def _views(records: Any, settings: Sequence[StationSettings]) -> tuple[StationView, ...]:
     return tuple(station_view(state, each) for state, each in zip(records, settings, strict=True))
-
-
-def _pace(each: StationSettings) -> tuple[float, float, int]:
-    return each.acceleration_mm_s2, each.hold_ramp_s, each.servo.period_ps
 
 
 def _copied(part: Any) -> Any:

@@ -71,7 +71,9 @@ def simulate(
         arrays = None if tape is None else tape.arrays
         moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
         wall_s = _run(state, moves, box, tape, progress)
-        end_ps = moves.finish(state, _settle_ps(path), box, None if tape is None else tape.arrays)
+        # more than four clocks of the filter beyond its delay
+        settle_ps = path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
+        end_ps = moves.finish(state, settle_ps, box, None if tape is None else tape.arrays)
         if tape is not None:
             tape.spool(state.injector)
         if file is not None:
@@ -85,11 +87,6 @@ def box_of(state: Record, board: Board | None) -> Any:
         return None
     _open_kernels.switch_on_controller(state, board.state.ab_out)
     return board.state, board.cpu.loop, *board.cpu.arrays, np.zeros((0, 3), np.int64)
-
-
-def _settle_ps(path: OpenPath) -> int:
-    """Return how long to wait after the last edge: more than four clocks of the filter beyond its delay."""
-    return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
 def move(state: Record, edges: int, box: Any, tape: Any) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rtec._jit import Record, prepared
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
@@ -104,7 +104,7 @@ class Station:
     def receive(self, frame: Frame) -> None:
         """Hand the box a frame at the present time; what is none of its messages is passed over."""
         self._heard = True
-        if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
+        if len(frame.data) == PAYLOAD_BYTES and not frame.extended:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
 
     def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:

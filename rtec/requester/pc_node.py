@@ -9,7 +9,7 @@ from rtec._jit import new_record, prepared
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
-from rtec.link.frame import PAYLOAD_BYTES, Frame, IdentifierFormat
+from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.predictors import Model
 from rtec.predictors._kernels import AXES
 from rtec.predictors.binding import bound, check_axis, sees_axes
@@ -184,7 +184,7 @@ class PcNode:
 
     def receive(self, frame: Frame, *, at_ps: int) -> None:
         """Receive a frame from the bus; other messages are ignored."""
-        if len(frame.data) == PAYLOAD_BYTES and frame.identifier_format is IdentifierFormat.BASE:
+        if len(frame.data) == PAYLOAD_BYTES and not frame.extended:
             _pc_node_kernels.receive(self._node, at_ps, frame.identifier, frame.payload)
 
     def turn(self, *, at_ps: int) -> list[Frame]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtec.errors import ArgumentError, nearest
+from rtec.errors import ArgumentError, meant
 from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
@@ -106,8 +106,7 @@ def _said(table: Table, choices: ColumnChoices) -> tuple[dict[int, Meaning], fro
         if key not in used and not choices.of_several:
             have = ", ".join(table.headings)
             allowed = f"a heading of {table.source}: {have if len(have) <= 200 else have[:197] + '...'}"
-            near = nearest(key, table.headings)
-            raise ArgumentError("--map", repr(key[:60]), allowed, near if near.startswith("did") else "")
+            raise ArgumentError("--map", repr(key[:60]), allowed, meant(key, table.headings))
     return said, frozenset(ignored)
 
 

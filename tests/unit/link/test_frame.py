@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from rtec.errors import ArgumentError
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 
 
 @given(st.integers(0, 0x7FF), st.binary(min_size=8, max_size=8))
@@ -21,14 +21,12 @@ def test_a_shorter_frame_has_no_payload():
         _ = Frame(identifier=1, data=bytes(7)).payload
 
 
-@pytest.mark.parametrize(
-    ("kind", "highest"), [(IdentifierFormat.BASE, 0x7FF), (IdentifierFormat.EXTENDED, 0x1FFFFFFF)]
-)
-def test_the_identifier_fits_its_format(kind, highest):
-    assert Frame(identifier=highest, data=b"", identifier_format=kind).identifier == highest
+@pytest.mark.parametrize(("extended", "highest"), [(False, 0x7FF), (True, 0x1FFFFFFF)])
+def test_the_identifier_fits_its_format(extended, highest):
+    assert Frame(identifier=highest, data=b"", extended=extended).identifier == highest
     for wrong in (-1, highest + 1, 1.0, True):
         with pytest.raises(ArgumentError, match="identifier"):
-            Frame(identifier=wrong, data=b"", identifier_format=kind)
+            Frame(identifier=wrong, data=b"", extended=extended)
 
 
 @pytest.mark.parametrize("data", [bytes(9), "text", bytearray(2), None])

@@ -3,7 +3,7 @@
 import pytest
 
 from rtec.errors import ArgumentError, LinkError
-from rtec.link.frame import Frame, IdentifierFormat
+from rtec.link.frame import Frame
 from rtec.link.simulated import BACKLOG, POLL_PS, SimulatedBus
 from rtec.link.transport import BusState
 from rtec.machine.faults import Fault, FaultKind
@@ -50,12 +50,12 @@ def test_the_lowest_identifier_goes_first_and_each_node_keeps_its_order(bus):
 def test_the_base_format_goes_before_the_extended_of_the_same_first_bits(bus):
     a, b, c, d = (bus.transport() for _ in range(4))
     a.send(frame(0x7FF))
-    a.send(frame(0x100 << 18, identifier_format=IdentifierFormat.EXTENDED))
+    a.send(frame(0x100 << 18, extended=True))
     b.send(frame(0x100, b""))
-    c.send(frame((0x0FF << 18) + 5, b"\x01", identifier_format=IdentifierFormat.EXTENDED))
+    c.send(frame((0x0FF << 18) + 5, b"\x01", extended=True))
     received = [d.receive(PS_PER_S).frame for _ in range(4)]
-    assert [(f.identifier, f.identifier_format.value, len(f.data)) for f in received] == [
-        (0x7FF, 11, 8), ((0x0FF << 18) + 5, 29, 1), (0x100, 11, 0), (0x100 << 18, 29, 8),
+    assert [(f.identifier, f.extended, len(f.data)) for f in received] == [
+        (0x7FF, False, 8), ((0x0FF << 18) + 5, True, 1), (0x100, False, 0), (0x100 << 18, True, 8),
     ]  # fmt: skip
 
 
