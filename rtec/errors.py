@@ -121,12 +121,11 @@ def unknown(name: str, word: str, known: Iterable[str], *, noun: str = "") -> Ar
     "--unit: 'in' is not valid; use mm or inch; did you mean 'inch'?"
     """
     words = [str(each) for each in known]
-    near = nearest(word[:60].lower(), words)
     return ArgumentError(
         name,
         repr(word[:60]),
         f"one of {', '.join(words)}" if len(words) > 2 else " or ".join(words),
-        "" if near.startswith(_KNOWN) else near,
+        meant(word[:60].lower(), words),
         problem=f"is not {'an' if noun[0] in 'aeio' else 'a'} {noun}" if noun else "",
     )
 

@@ -7,8 +7,9 @@ included.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
-from typing import Protocol
+from typing import Any
 
 from rtec.link._crc_kernels import seal
 from rtec.link._frame_kernels import AXIS_BITS
@@ -24,17 +25,27 @@ _REMEMBERED = 32
 """Requests of an axis that may still be judged."""
 
 
-class ReplayedSide(Protocol):
-    """The side that is played."""
+class ReplayedSide(ABC):
+    """The side that is played; it keeps what node of the log and node under test have said, for each axis."""
+
+    def __init__(self) -> None:
+        self._logged: dict[int, Any] = {}
+        self._said: dict[int, Any] = {}
 
     def log_says(self, frame: Frame) -> None:
         """Take what the node of the log says, up to the frame that is sent next."""
+        self._take(frame, self._logged)
 
     def node_says(self, frame: Frame) -> None:
         """Take what the node under test says."""
+        self._take(frame, self._said)
 
+    @abstractmethod
     def translated(self, frame: Frame) -> Frame:
         """Return what is sent in the place of a frame of the log."""
+
+    @abstractmethod
+    def _take(self, frame: Frame, into: dict[int, Any]) -> None: ...
 
 
 def side_of(role: Role, ahead: dict[int, int]) -> ReplayedSide:
@@ -42,20 +53,8 @@ def side_of(role: Role, ahead: dict[int, int]) -> ReplayedSide:
     return ReplayedPc() if role is Role.PC else ReplayedBox(ahead)
 
 
-class ReplayedPc:
+class ReplayedPc(ReplayedSide):
     """A PC that speaks to a box of another session."""
-
-    def __init__(self) -> None:
-        self._logged: dict[int, int] = {}
-        self._said: dict[int, int] = {}
-
-    def log_says(self, frame: Frame) -> None:
-        """Take what the box of the log says."""
-        self._take(frame, self._logged)
-
-    def node_says(self, frame: Frame) -> None:
-        """Take what the box under test says."""
-        self._take(frame, self._said)
 
     def translated(self, frame: Frame) -> Frame:
         """Return what is sent: a session that was wrong in the log is wrong by as much now."""
@@ -65,13 +64,12 @@ class ReplayedPc:
         session = frame.data[_SESSION] - self._logged[axis] + self._said[axis]
         return resealed(frame, {_SESSION: session})
 
-    @staticmethod
-    def _take(frame: Frame, into: dict[int, int]) -> None:
+    def _take(self, frame: Frame, into: dict[int, int]) -> None:
         if _is(frame, Kind.STATUS):
             into[frame.identifier & AXIS_BITS] = frame.data[_SESSION_OF_BOX]
 
 
-class ReplayedBox:
+class ReplayedBox(ReplayedSide):
     """A box that speaks to a PC whose turns come at other moments.
 
     Parameters
@@ -81,18 +79,9 @@ class ReplayedBox:
     """
 
     def __init__(self, ahead: dict[int, int]) -> None:
+        super().__init__()
         self._ahead = ahead
-        self._logged: dict[int, deque[tuple[int, int]]] = {}
-        self._said: dict[int, deque[tuple[int, int]]] = {}
         self._accepted: dict[int, int] = {}
-
-    def log_says(self, frame: Frame) -> None:
-        """Take what the PC of the log says."""
-        self._take(frame, self._logged)
-
-    def node_says(self, frame: Frame) -> None:
-        """Take what the PC under test says."""
-        self._take(frame, self._said)
 
     def translated(self, frame: Frame) -> Frame:
         """Return what is sent: as many requests behind as in the log, and as much done of what was accepted."""
@@ -117,8 +106,7 @@ class ReplayedBox:
         words = [*_bytes(now + completed - accepted), *_bytes(now)]
         return {_JUDGED: now_requested[0]} | dict(enumerate(words, start=_COMPLETED.start))
 
-    @staticmethod
-    def _take(frame: Frame, into: dict[int, deque[tuple[int, int]]]) -> None:
+    def _take(self, frame: Frame, into: dict[int, deque[tuple[int, int]]]) -> None:
         if _is(frame, Kind.REQUEST):
             requests = into.setdefault(frame.identifier & AXIS_BITS, deque(maxlen=_REMEMBERED))
             requests.append((frame.data[_SEQUENCE], _number(frame.data[_TOTAL])))
