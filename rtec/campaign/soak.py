@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -279,10 +279,7 @@ def _draw_fault(
         taken.add(axis)
     if inserting:
         until_ps = None if fault.until_ps is None else fault.until_ps + 5_000 * PS_PER_MS
-        fault = Fault(
-            kind=fault.kind, place=fault.place, from_ps=fault.from_ps, until_ps=until_ps, seed=fault.seed,
-            trigger=Trigger.WHILE_INSERTING,
-        )  # fmt: skip
+        fault = replace(fault, until_ps=until_ps, trigger=Trigger.WHILE_INSERTING)
     return variant, axis, fault
 
 

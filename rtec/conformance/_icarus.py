@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -32,11 +31,6 @@ _FINISH = 4
 _UNKNOWN = str.maketrans("xXzZ", "0000")
 
 
-def installed() -> str | None:
-    """Return the path of the program, or None."""
-    return shutil.which("iverilog")
-
-
 class Icarus:
     """A design compiled for vvp."""
 
@@ -45,15 +39,7 @@ class Icarus:
         alone, self._program = shop.folder / "alone.vvp", shop.folder / "bench.vvp"
         bench = shop.folder / "rtec_bench.v"
         bench.write_text(resources.files("rtec.conformance").joinpath("_icarus_bench.v").read_text("utf-8"), "utf-8")
-        options = [
-            str(installed()),
-            "-g2012",
-            "-y",
-            str(file.parent),
-            "-Y.sv",
-            f"-I{file.parent}",
-            f"-I{shop.folder}",
-        ]
+        options = ["iverilog", "-g2012", "-y", str(file.parent), "-Y.sv", f"-I{file.parent}", f"-I{shop.folder}"]
         code, said = shop.run([*options, "-s", pins.top, "-o", str(alone), str(file)], within_s=BUILD_S)
         if code != 0:
             raise build_error(file, pins, said, "Icarus Verilog")
@@ -79,7 +65,7 @@ class Icarus:
 
     def _side_by_side(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
         programs = []
-        command = [str(shutil.which("vvp")), "-n", str(self._program)]
+        command = ["vvp", "-n", str(self._program)]
         for stimulus in stimuli:
             program = self._shop.begin(lambda out: [*command, f"+rtec_out=/dev/fd/{out}"], folder=self._cwd)
             rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist(), (0, 0, 0)]

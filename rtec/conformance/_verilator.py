@@ -35,11 +35,6 @@ _PLAYS = 3
 """Registers that the design leaves open are all 0 in the first play, all 1 in the second, random in the third."""
 
 
-def installed() -> str | None:
-    """Return the path of the program, or None."""
-    return shutil.which("verilator")
-
-
 class Verilator:
     """A design as a program, one process for many streams."""
 
@@ -54,7 +49,7 @@ class Verilator:
         (build / "main.cpp").write_text(template.read_text("utf-8"), "utf-8")
         self._say_what_is_missing()
         command = [
-            str(installed()), "--cc", "--exe", "--no-timing", "-Wno-fatal", *_NO_DELAYS, "-O3", "--x-assign",
+            "verilator", "--cc", "--exe", "--no-timing", "-Wno-fatal", *_NO_DELAYS, "-O3", "--x-assign",
             "unique", "--x-initial", "unique", "--prefix", "Vdut", "--top-module", pins.top, "--Mdir", ".",
             "-y", "beside", "-Ibeside", "+libext+.v+.sv", source, "main.cpp",
         ]  # fmt: skip

@@ -96,7 +96,7 @@ class Workshop:
 
     def _run(self, command: Sequence[str], said: Path, folder: Path | None, within_s: float) -> int | None:
         with said.open("wb") as file:
-            process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
+            process = subprocess.Popen(  # noqa: S603 - a simulator, without a shell
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=file,

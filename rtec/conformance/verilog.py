@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
-from rtec.conformance import _icarus, _verilator
 from rtec.conformance._icarus import Icarus
 from rtec.conformance._verilator import Verilator
 from rtec.conformance._verilog_runs import response_of
@@ -17,11 +17,11 @@ from rtec.io import read_bytes
 from rtec.io.closing import Closing
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
-SIMULATORS: dict[str, tuple[Callable[[], str | None], type[Verilator | Icarus]]] = {
-    "verilator": (_verilator.installed, Verilator),
-    "icarus": (_icarus.installed, Icarus),
+SIMULATORS: dict[str, tuple[str, type[Verilator | Icarus]]] = {
+    "verilator": ("verilator", Verilator),
+    "icarus": ("iverilog", Icarus),
 }
-"""Whether each is installed, and what it is; the first one installed is taken."""
+"""Program, which is its package on Debian, too, and what it is; the first one installed is taken."""
 _BATCH = 100_000
 """Changes that one process plays: what comes out of it is held in memory."""
 
@@ -95,7 +95,7 @@ class VerilogAlgorithm(Closing):
     def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int], simulator: str | None = None) -> None:
         read_bytes(file, "a Verilog file")
         self._file, self._pins = file, pins
-        kind = SIMULATORS[_chosen(simulator)][1]
+        kind = _chosen(simulator)
         self._shop = Workshop()
         try:
             self._simulator = kind(self._shop, file.resolve(), pins, clock_ps)
@@ -148,13 +148,13 @@ class VerilogAlgorithm(Closing):
                 raise ArgumentError(where, f"a total of {total} on {bits} bits", f"totals from {-top} to {top - 1}")
 
 
-def _chosen(simulator: str | None) -> str:
+def _chosen(simulator: str | None) -> type[Verilator | Icarus]:
     if simulator is not None and simulator not in SIMULATORS:
         raise unknown("simulator", simulator, SIMULATORS, noun="simulator")
-    for name, (installed, _) in SIMULATORS.items():
-        if simulator in {None, name} and installed() is not None:
-            return name
-    package = {"verilator": "verilator", "icarus": "iverilog", None: "verilator (or iverilog)"}[simulator]
+    for name, (program, kind) in SIMULATORS.items():
+        if simulator in {None, name} and shutil.which(program) is not None:
+            return kind
+    package = "verilator (or iverilog)" if simulator is None else SIMULATORS[simulator][0]
     raise RtecError(f"no simulator for Verilog found on the path; on Debian and Ubuntu: apt install {package}")
 
 
