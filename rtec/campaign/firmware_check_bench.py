@@ -308,10 +308,10 @@ class Bench:
             rows.append(Executed(cycle=cpu.cycles, address=cpu.pc, text="stops here", port_1=self.latches[1]))
         return tuple(row for row in rows if row.cycle < self.cycle_at(t_ps) or row.text == "stops here")
 
-    def loop_range(self, cycles: int = 4_000) -> tuple[int, int]:
+    def loop_range(self) -> tuple[int, int]:
         """Run on in short steps and return the lowest and the highest address that the program was seen at."""
         seen = set()
-        end_ps = self.now_ps + self.cycles_ps(cycles)
+        end_ps = self.now_ps + self.cycles_ps(4_000)
         while self.now_ps < end_ps:
             self.run_for(self.cycles_ps(7))
             seen.add(self.board.cpu.pc)

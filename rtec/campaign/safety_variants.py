@@ -118,10 +118,10 @@ def _both(kind: FaultKind, how: str, **more: int) -> list[Variant]:
     return [Variant(kind=kind, where=where, how=how, **more) for where in (From.PC, From.BOX)]
 
 
-def _brief(kind: FaultKind, where: From, lasts_ps: int, more: int = 0) -> list[Variant]:
+def _brief(kind: FaultKind, where: From, lasts_ps: int) -> list[Variant]:
     """Return a fault for a while and for good."""
-    brief = Variant(kind=kind, where=where, how=f"for {lasts_ps // PS_PER_MS} ms", lasts_ps=lasts_ps, delay_ps=more)
-    return [brief, Variant(kind=kind, where=where, how="for good", delay_ps=more)]
+    brief = Variant(kind=kind, where=where, how=f"for {lasts_ps // PS_PER_MS} ms", lasts_ps=lasts_ps)
+    return [brief, Variant(kind=kind, where=where, how="for good")]
 
 
 VARIANTS: tuple[Variant, ...] = (

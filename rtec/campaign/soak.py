@@ -153,26 +153,23 @@ class Soak:
         """Return the time run with these designs."""
         return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
 
-    def fired(self, designs: Sequence[Design] = BESIDE) -> Counter[FaultKind]:
+    @property
+    def beside(self) -> list[Episode]:
+        """Return the episodes of designs whose lines pass beside the processor."""
+        return [episode for episode in self.episodes if episode.design in BESIDE]
+
+    def fired(self) -> Counter[FaultKind]:
         """Return how many faults of each class took effect."""
-        return Counter(
-            injected.variant.kind
-            for episode in self.episodes
-            if episode.design in designs
-            for injected in episode.injected
-        )
+        return Counter(injected.variant.kind for episode in self.beside for injected in episode.injected)
 
     def outcomes(self, designs: Sequence[Design] = BESIDE) -> Counter[Outcome]:
         """Return how the episodes ended."""
         return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
 
-    def undetected(self, *, upstream: bool, designs: Sequence[Design] = BESIDE) -> tuple[Episode, ...]:
+    def undetected(self, *, upstream: bool) -> tuple[Episode, ...]:
         """Return the episodes with an undetected error whose fault was the encoder's, or was not."""
-        return tuple(
-            episode
-            for episode in self.episodes
-            if episode.outcome is Outcome.UNDETECTED and episode.upstream == upstream and episode.design in designs
-        )
+        wrong = (episode for episode in self.beside if episode.outcome is Outcome.UNDETECTED)
+        return tuple(episode for episode in wrong if episode.upstream == upstream)
 
     @property
     def missing(self) -> tuple[FaultKind, ...]:

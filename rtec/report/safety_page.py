@@ -13,7 +13,7 @@ from rtec.campaign.safety_ramp import LIMIT_MM
 from rtec.campaign.safety_variants import Variant, impossible
 from rtec.campaign.soak import Soak
 from rtec.injector import Design
-from rtec.injector.design import BESIDE, IN_PATH
+from rtec.injector.design import IN_PATH
 from rtec.machine.faults import FaultKind
 from rtec.report.rendering import csv_text, markdown_page
 
@@ -207,7 +207,7 @@ def _impossible(case: SafetyCase) -> list[tuple[str, str]]:
 
 def _soak(soak: Soak) -> dict[str, object]:
     fired, outcomes = soak.fired(), soak.outcomes()
-    main = [episode for episode in soak.episodes if episode.design in BESIDE]
+    main = soak.beside
     lost = Counter(episode.injected[0].variant for episode in soak.undetected(upstream=True))
     return {
         "hours": soak.hours(),
