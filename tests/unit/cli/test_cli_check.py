@@ -53,7 +53,7 @@ def test_a_planted_bug_is_found_drawn_and_played_again_by_the_printed_command(tm
     algorithm = mine((EXAMPLES / "design_c_bug.py").read_text()).replace(":X", ":DesignC")
     figure, vcd = tmp_path / "worst case.png", tmp_path / "worst.vcd"
     code, out, err = said(
-        capfd, algorithm, "--design", "c", "--tries", "64", "--figure", figure, "--vcd", vcd, "--json"
+        capfd, algorithm, "--design", "c", "--tries", "16", "--figure", figure, "--vcd", vcd, "--json"
     )
     verdict = json.loads(out)
     assert (code, err) == (1, "")
@@ -74,7 +74,7 @@ def test_a_planted_bug_is_found_drawn_and_played_again_by_the_printed_command(tm
 
 @pytest.mark.usefixtures("no_speeds")
 def test_the_same_seed_gives_the_same_verdict(capfd):
-    words = (f"{EXAMPLES / 'mutants.py'}:BTooSoon", "--design", "b", "--tries", "64", "--seed", "3", "--json")
+    words = (f"{EXAMPLES / 'mutants.py'}:BTooSoon", "--design", "b", "--tries", "16", "--seed", "3", "--json")
     first, second = (json.loads(said(capfd, *words)[1]) for _ in range(2))
     assert first == second
     assert first["worst_stream"]

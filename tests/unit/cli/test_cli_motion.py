@@ -113,6 +113,7 @@ def test_a_programme_has_its_own_length(capsys, part):
     assert "--cycles does not go with a G-code file; use one of the two" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("no_speeds")
 @pytest.mark.parametrize(("latch", "passed"), [("hold", True), ("merge", False)])
 def test_check_has_the_motion_as_a_check(capsys, latch, passed):
     main(["check", "c", "--motion", "reversal", "--real-edges", latch, "--tries", "16", "--json"])
@@ -121,6 +122,7 @@ def test_check_has_the_motion_as_a_check(capsys, latch, passed):
     assert ("reversal up to" in checks["motion"]["reason"]) is not passed
 
 
+@pytest.mark.usefixtures("no_speeds")
 def test_check_runs_a_programme(capsys, part):
     main(["check", "a", "--motion", part, "--tries", "16", "--json"])
     checks = {check["name"]: check for check in json.loads(capsys.readouterr().out)["checks"]}
