@@ -94,7 +94,7 @@ def read_all(kind: str, count: int, folder) -> int:
     "ignore"
 )  # of the library that reads workbooks: what it meets there is no warning of ours
 def test_mutated_files_are_read_or_refused(kind, tmp_path):
-    count = 60 if kind == "workbook" else 1500
+    count = 60 if kind == "workbook" else 600
     read = read_all(kind, count, tmp_path)
     assert 0 < read < count
 

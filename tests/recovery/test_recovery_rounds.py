@@ -1,6 +1,7 @@
 """Look-alikes twice round the loop: a few games of each pair, and the page that the command writes."""
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,15 +16,20 @@ FEW = 2
 PUBLISHED = 100
 
 
+@cache
+def played_here(pair):
+    return played(pair, FEW, seed=7)
+
+
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.title)
 def test_suggestion_measurement_and_naming_go_through(pair):
-    for one in played(pair, FEW, seed=7):
+    for one in played_here(pair):
         told = (one.seed, one.hidden, one.first.verdict, one.asked, one.second and one.second.verdict)
         assert one.solved, told
 
 
 def test_two_processes_play_the_same_rounds_as_one():
-    assert played(PAIRS[4], 2, seed=3, workers=2) == played(PAIRS[4], 2, seed=3)
+    assert played(PAIRS[4], FEW, seed=7, workers=2) == played_here(PAIRS[4])
 
 
 def one(first, second, *, asked=True):

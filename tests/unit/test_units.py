@@ -9,10 +9,12 @@ from rtec import units
 from rtec.errors import ArgumentError
 from rtec.units.factors import COMMON
 
+LIBRARY = pint.UnitRegistry()
+
 
 @pytest.mark.parametrize(("target", "unit"), [(target, unit) for target, known in COMMON.items() for unit in known])
 def test_common_units_are_those_of_the_library(target, unit):
-    by_library = pint.UnitRegistry().Quantity(1.0, unit).to(target).magnitude
+    by_library = LIBRARY.Quantity(1.0, unit).to(target).magnitude
     assert COMMON[target][unit] == pytest.approx(by_library, rel=1e-15)
 
 

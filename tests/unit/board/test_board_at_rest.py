@@ -30,7 +30,7 @@ def test_an_edge_in_any_clock_about_the_insertion_leaves_the_counts_right(design
     first_ps = int(found.idle(until_ps=begun_ps + 4_000_000_000).times_ps[0])
     # what an ideal decoder makes of the lines: the steps, and the one real count
     wrong = []
-    for clocks in range(-30 * 12, 12 * 12, 7):
+    for clocks in range(-30 * 12, 12 * 12, 11):
         board = at_rest(design, sign, level)
         assert board.now_ps == begun_ps
         edge = EdgeStream([first_ps + clocks * CLOCK_PS], [STATES[towards % 4]], initial=level)

@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 import subprocess
+from functools import cache
 
 import numpy as np
 import pytest
@@ -76,8 +77,13 @@ def plain(predictor, x, way):
     else:
         at, error = predictor.forward_positions_mm, predictor.forward_errors_mm
     if predictor.between is Between.CUBIC:
-        return float(PchipInterpolator(at, error)(np.clip(x, at[0], at[-1])))
+        return float(cubics(tuple(at), tuple(error))(np.clip(x, at[0], at[-1])))
     return float(np.interp(x, at, error))
+
+
+@cache
+def cubics(at, error):
+    return PchipInterpolator(at, error)
 
 
 def plain_network(part, inputs):
