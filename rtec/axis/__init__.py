@@ -1,5 +1,6 @@
 """What moves: programs of moves, motion profiles, encoders with their imperfections, servo and mechanical play."""
 
+from rtec.axis._aimed import Window
 from rtec.axis.encoder import Encoder, Imperfections
 from rtec.axis.profile import Limits, MotionSegments, ProfileShape, plan
 from rtec.axis.program import Block, Dwell, Move, Program, Rapid
@@ -17,5 +18,6 @@ __all__ = [
     "Program",
     "Rapid",
     "Servo",
+    "Window",
     "plan",
 ]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.checks import whole_within
 from rtec.units import PS_PER_S
 
 GOLDEN = 0.618_033_988_749_895
@@ -34,15 +35,39 @@ def depth_of(apart_ps: float, acceleration: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """An insertion at rest, as a box makes it.
+
+    Parameters
+    ----------
+    begin_ps, end_ps
+        Its first and its last change, after the request.
+    pause_ps
+        Rest that it needs before the request so as to insert at once, and after it to be ready again.
+    every_ps
+        Requests that are multiples of this apart are answered alike: a polling loop, a program's readings.
+    """
+
+    begin_ps: int
+    end_ps: int
+    pause_ps: int
+    every_ps: int = 1
+
+    def __post_init__(self) -> None:
+        whole_within("begin_ps", self.begin_ps, 0, 1000 * PS_PER_S)
+        whole_within("end_ps", self.end_ps, self.begin_ps, 1000 * PS_PER_S)
+        whole_within("pause_ps", self.pause_ps, 0, 1000 * PS_PER_S)
+        whole_within("every_ps", self.every_ps, 1, PS_PER_S)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
     """Where and how an attack is made.
 
     Parameters
     ----------
-    begin_ps, end_ps
-        First and last change of an insertion at rest, after the request.
-    pause_ps, every_ps
-        Rest before a request, and the grid on which requests lie.
+    window
+        The insertion at rest that crossings are aimed into.
     speed, acceleration
         The highest, counts/s and counts/s^2.
     travel
@@ -53,10 +78,7 @@ class Place:
         Of an adversary.
     """
 
-    begin_ps: int
-    end_ps: int
-    pause_ps: int
-    every_ps: int
+    window: Window
     speed: float
     acceleration: float
     travel: int
@@ -65,8 +87,9 @@ class Place:
 
     def lead_ps(self, phase: float) -> int:
         """Return how long after the request a phase 0..1 of an insertion lies, with a margin at both ends."""
-        length = self.end_ps - self.begin_ps
-        return round(self.begin_ps + ((1.0 + 2.0 * _MARGIN) * phase - _MARGIN) * length)
+        begin_ps = self.window.begin_ps
+        length = self.window.end_ps - begin_ps
+        return round(begin_ps + ((1.0 + 2.0 * _MARGIN) * phase - _MARGIN) * length)
 
     def depth(self, apart_ps: float) -> float:
         """Return how far behind a line the axis turns to cross it again after this time."""
@@ -111,7 +134,7 @@ def reversal(i: int, place: Place) -> Attack:
     leg = max((place.travel - 1) // 2, 1)
     home = place.sign if i % 4 == 3 else 0
     if i // 2 % 2 == 0:
-        return _turn(place, way, leg, home, depth=place.depth((1.0 + _MARGIN) * phase * place.end_ps))
+        return _turn(place, way, leg, home, depth=place.depth((1.0 + _MARGIN) * phase * place.window.end_ps))
     line = min(after_it % 3, leg - 1)
     behind = after_it >= 3 and not (way == home and line == leg - 1)
     depth = _DEPTHS[turn % len(_DEPTHS)]
@@ -144,7 +167,7 @@ def adversary(i: int, place: Place) -> Attack:
     rng = np.random.default_rng((place.seed, i))
     way = 1 if rng.random() < 0.5 else -1
     lead_ps = place.lead_ps(rng.random())
-    most_ps = max(16.0 * TURN_PS, 2.0 * (place.end_ps - place.begin_ps))
+    most_ps = max(16.0 * TURN_PS, 2.0 * (place.window.end_ps - place.window.begin_ps))
     apart_ps = math.exp(rng.uniform(math.log(TURN_PS), math.log(most_ps)))
     slow = place.speed * math.exp(rng.uniform(math.log(1e-4), 0.0))
     kind = int(rng.integers(4))

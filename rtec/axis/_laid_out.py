@@ -50,12 +50,12 @@ def laid_out(make: Make, place: Place, numbers: range) -> tuple[MotionSegments, 
     for attack, size in zip(attacks, sizes.tolist(), strict=True):
         aimed = row + attack.aimed
         crossing_ps = ends_ps[aimed] - ends_ps[row] + _into_ps(attack, abs(target[aimed] - start[aimed]), place)
-        least_ps = now_ps + place.pause_ps + max(crossing_ps - attack.lead_ps, 0) + 1
-        asked.append(-(-least_ps // place.every_ps) * place.every_ps)
+        least_ps = now_ps + place.window.pause_ps + max(crossing_ps - attack.lead_ps, 0) + 1
+        asked.append(-(-least_ps // place.window.every_ps) * place.window.every_ps)
         rests.append(asked[-1] + attack.lead_ps - crossing_ps - now_ps)
         moved_ps = now_ps + rests[-1] + ends_ps[row + size] - ends_ps[row]
         # an insertion may still be under way when the moves are over: the next rest begins behind it
-        late_ps = max(asked[-1] + place.end_ps - moved_ps, 0)
+        late_ps = max(asked[-1] + place.window.end_ps - moved_ps, 0)
         rests.append(late_ps)
         now_ps = moved_ps + late_ps
         row += size

@@ -71,17 +71,20 @@ class Imperfections:
         whole_within("jitter_ps", self.jitter_ps, 0, 1_000_000_000, unit="ps")
         number_within("glitch_probability", self.glitch_probability, 0.0, 0.5)
         whole_within("glitch_ps", self.glitch_ps, 1, PS_PER_S, unit="ps")
+        if self.closest_counts < MIN_LINE_SPACING_COUNTS:
+            raise ArgumentError(
+                "phase_error_deg",
+                f"{self.phase_error_deg:g} deg with duties {self.duty_error_a:g} and {self.duty_error_b:g}",
+                f"lines at least {MIN_LINE_SPACING_COUNTS} counts apart",
+                "make one of them smaller",
+                problem="brings lines too close together",
+            )
+
+    @property
+    def closest_counts(self) -> float:
+        """Least distance of neighbouring lines, in counts, eccentricity apart."""
         shifts = self.shifts_counts()
-        for kind in range(4):
-            spacing = 1.0 + shifts[(kind + 1) % 4] - shifts[kind]
-            if spacing < MIN_LINE_SPACING_COUNTS:
-                raise ArgumentError(
-                    "phase_error_deg",
-                    f"{self.phase_error_deg:g} deg with duties {self.duty_error_a:g} and {self.duty_error_b:g}",
-                    f"lines at least {MIN_LINE_SPACING_COUNTS} counts apart",
-                    "make one of them smaller",
-                    problem="brings lines too close together",
-                )
+        return min(1.0 + shifts[(kind + 1) % 4] - shifts[kind] for kind in range(4))
 
     def shifts_counts(self) -> tuple[float, float, float, float]:
         """Return the displacement of the lines at which B falls, A rises, B rises and A falls, in counts."""
@@ -151,9 +154,8 @@ class Encoder:
         if self.counts_per_rev:
             if self.counts_per_rev % 4:
                 raise ArgumentError("counts_per_rev", self.counts_per_rev, "a multiple of four: whole cycles")
-            shifts = self.imperfections.shifts_counts()
-            closest = min(1.0 + shifts[(kind + 1) % 4] - shifts[kind] for kind in range(4))
-            largest = (closest - MIN_LINE_SPACING_COUNTS) * self.counts_per_rev / (2.0 * math.pi)
+            room = self.imperfections.closest_counts - MIN_LINE_SPACING_COUNTS
+            largest = room * self.counts_per_rev / (2.0 * math.pi)
             number_within("eccentricity_counts", eccentric, 0.0, largest)
 
     @property
@@ -197,13 +199,12 @@ class Encoder:
         state.quarter_den = period_den
         quarter_ps = period_num / period_den
         state.quarter_ps = quarter_ps
-        shifts = self.imperfections.shifts_counts()
-        for kind, shift in enumerate(shifts):
+        for kind, shift in enumerate(self.imperfections.shifts_counts()):
             state.shift_ps[kind] = round(sign * shift * quarter_ps)
         state.step_sign = sign
         # the first line lies half a count away
         state.steady_ps = -(state.quarter_whole_ps // 2)
-        closest = min(1.0 + shifts[(kind + 1) % 4] - shifts[kind] for kind in range(4)) * quarter_ps
+        closest = self.imperfections.closest_counts * quarter_ps
         if 2 * self.imperfections.jitter_ps >= closest:
             raise ArgumentError(
                 "jitter_ps",

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Make, Place, adversary, depth_of, reversal
+from rtec.axis._aimed import GOLDEN, LEAST_TRAVEL, Make, Place, Window, adversary, depth_of, reversal
 from rtec.axis._laid_out import laid_out, moves, planned
 from rtec.axis.profile import Limits, MotionSegments, plan
 from rtec.axis.program import Dwell, Move, Program
@@ -54,32 +54,6 @@ class MotionKind(enum.Enum):
 
 NAMES = tuple(kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME)
 PROGRAMME_ENDINGS = (".nc", ".ngc", ".gcode", ".tap", ".txt")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
-    """An insertion at rest, as a box makes it.
-
-    Parameters
-    ----------
-    begin_ps, end_ps
-        Its first and its last change, after the request.
-    pause_ps
-        Rest that it needs before the request so as to insert at once, and after it to be ready again.
-    every_ps
-        Requests that are multiples of this apart are answered alike: a polling loop, a program's readings.
-    """
-
-    begin_ps: int
-    end_ps: int
-    pause_ps: int
-    every_ps: int = 1
-
-    def __post_init__(self) -> None:
-        whole_within("begin_ps", self.begin_ps, 0, 1000 * PS_PER_S)
-        whole_within("end_ps", self.end_ps, self.begin_ps, 1000 * PS_PER_S)
-        whole_within("pause_ps", self.pause_ps, 0, 1000 * PS_PER_S)
-        whole_within("every_ps", self.every_ps, 1, PS_PER_S)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -215,10 +189,7 @@ def motion_of(
         if travel < LEAST_TRAVEL:
             needed = -(-LEAST_TRAVEL * corrections // 4)
             raise ArgumentError("cycles", f"{counts / 4:g}", f"at least {needed}: two cycles for each correction")
-        place = Place(
-            begin_ps=window.begin_ps, end_ps=window.end_ps, pause_ps=window.pause_ps, every_ps=window.every_ps,
-            speed=speed, acceleration=gain, travel=travel, sign=sign, seed=seed,
-        )  # fmt: skip
+        place = Place(window=window, speed=speed, acceleration=gain, travel=travel, sign=sign, seed=seed)
         segments, requests_ps = laid_out(_ATTACKS[kind], place, range(first, first + corrections))
     else:
         raise ArgumentError("motion", kind.value, "a motion without a file", "see programme_motion")

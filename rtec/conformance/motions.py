@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from rtec.axis import Dwell, Encoder, Move, Program, Rapid
-from rtec.axis.motion import COUNT_MM, Motion, MotionKind, Window, motion_of, programme_counts, programme_motion
+from rtec.axis import Dwell, Encoder, Move, Program, Rapid, Window
+from rtec.axis.motion import COUNT_MM, Motion, MotionKind, motion_of, programme_counts, programme_motion
 from rtec.conformance import cases
 from rtec.conformance.contract import STATES, Contract
 from rtec.conformance.streams import Stream

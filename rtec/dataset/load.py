@@ -237,11 +237,12 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
     if conditions.load is not None:
         kept = slice(None) if resample is None else resample.kept
         cell = _under_one_load(cell, passage, conditions.load[kept])
+    load_unit = "" if rows.load is None else rows.measurement.columns["load"].unit
     return Dataset(
         source=rows.measurement.source,
         observe=rows.observe,
         observable=observable_of(rows.observe),
-        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit, _load_unit(rows)),
+        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit, load_unit),
         observed=observed,
         conditions=conditions,
         cell=cell,
@@ -270,8 +271,3 @@ def _under_one_load(cell: Ints, passage: Ints, load: Floats) -> Ints:
     """Return the cells of readings that were taken under the same load as well: others repeat nothing."""
     same = place_numbers(load, _SAME_LOAD * float(np.ptp(load)))
     return cells_of(np.where(cell >= 0, cell * (int(same.max()) + 1) + same, -1), passage)
-
-
-def _load_unit(rows: Rows) -> str:
-    """Return the unit of the load that the file has; nothing without one."""
-    return "" if rows.load is None else rows.measurement.columns["load"].unit

@@ -196,7 +196,7 @@ def _uniform_end(wanted: Floats, begin: int, reach: float) -> int:
 def families(
     conditions: Conditions, frequency: float, parts: Sequence[int], most: int = MOST_HARMONICS
 ) -> list[tuple[float, int]]:
-    """Return (fundamental frequency, harmonics) of each family that has ``frequency`` among its harmonics.
+    """Return (fundamental frequency, harmonics) of families that have ``frequency`` as a harmonic, simplest first.
 
     Parameters
     ----------
@@ -210,11 +210,6 @@ def families(
         Which harmonic that line may be.
     most
         Harmonics of a family.
-
-    Returns
-    -------
-    list of tuple
-        The simplest first.
     """
     top = resolved_limit(conditions) * (1.0 + 1e-9)
     most = max(1, min(most, int(WAVES_A_TARGET * conditions.places.size) // 2))

@@ -229,19 +229,9 @@ def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
 
 
 def distance_since_reversal(position: Floats, direction: Floats, run: NDArray[np.int64]) -> Floats:
-    """Return how far the axis has gone since it last turned round.
+    """Return how far the axis has gone since it last turned round, shape (rows,), from columns of readings in order.
 
     The first reading of a run counts as one just after a reversal: a measuring program overshoots and comes back.
-
-    Parameters
-    ----------
-    position, direction, run
-        Shape (rows,), in the order of the readings.
-
-    Returns
-    -------
-    ndarray
-        Shape (rows,), in the unit of ``position``.
 
     Examples
     --------

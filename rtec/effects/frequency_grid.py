@@ -119,13 +119,6 @@ def resolved_harmonics(conditions: Conditions, period: float) -> int:
 def phases_seen(places: Floats, period: float) -> int:
     """Return at how many distinct phases of a period the places lie, at least 2 % of the period apart (at most 50).
 
-    Parameters
-    ----------
-    places
-        Distinct positions, shape (places,).
-    period
-        In the same unit.
-
     Examples
     --------
     >>> phases_seen(np.array([0.0, 12.7, 25.4]), 6.35), phases_seen(np.arange(4.0), 6.35)

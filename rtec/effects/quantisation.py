@@ -81,10 +81,12 @@ class Quantisation(Effect):
         widest = float(np.median(np.diff(conditions.places))) / 2
         low = np.floor(np.log10(1e-5 * conditions.span))
         found = [part * 10.0**power for power in np.arange(low, np.log10(widest) + 1) for part in DECADES]
-        return [QuantisationShape(step) for step in found if step <= widest and self._visible(conditions, step)]
-
-    def _visible(self, conditions: Conditions, step: float) -> bool:
-        return bool(np.std(self.rounded(conditions.places, step) - conditions.places) > VISIBLE * step)
+        off = {
+            step: np.std(self.rounded(conditions.places, step) - conditions.places)
+            for step in found
+            if step <= widest
+        }
+        return [QuantisationShape(step) for step, spread in off.items() if spread > VISIBLE * step]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the rounding error of the positions, shape (rows, 1)."""

@@ -129,7 +129,8 @@ def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[s
         if choice in search.given:
             continue
         name = choice[0].name
-        if every[name] < SURE and not _shared(search, model, name, every[name]):
+        together = 1.0 - SURE < every[name] < SURE and tied_models(search, model, name)  # sure with its rivals
+        if every[name] < SURE and not together:
             return name, f"its probability is {every[name]:.2f}"
         gain = search.gate.gain(search.neighbours.without(model, k), model).gain
         if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:
@@ -140,11 +141,6 @@ def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[s
 def is_given(search: Search, name: str) -> bool:
     """Return whether an effect belongs to the model that the search began with."""
     return any(effect.name == name for effect, _ in search.given)
-
-
-def _shared(search: Search, model: Scored, name: str, p: float) -> bool:
-    """Return whether an effect and its rivals together are sure."""
-    return p > 1.0 - SURE and bool(tied_models(search, model, name))
 
 
 def tied_models(search: Search, model: Scored, name: str, *, limits: bool = False) -> list[tuple[Effect, Scored]]:

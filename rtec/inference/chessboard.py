@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.passes import passages
 from rtec.effects import Floats
 from rtec.inference.colour import Whitening
 from rtec.inference.evidence import SCALES
@@ -39,15 +40,11 @@ class Board:
 
 def passes_of(dataset: Dataset) -> NDArray[np.int64]:
     """Return the number of the pass of each reading, 0, 1, ...: one way along the axis, in one run; shape (rows,)."""
-    c = dataset.coordinates
-    new = np.zeros(dataset.rows, dtype=np.bool_)
-    new[1:] = np.diff(c.run) != 0
-    if c.direction is not None:
-        way = np.sign(c.direction)
-        moving = np.flatnonzero(way != 0.0)
-        turned = moving[1:][way[moving[1:]] != way[moving[:-1]]]
-        new[turned] = True
-    return np.cumsum(new)
+    c, way = dataset.coordinates, None
+    if c.direction is not None and (moving := np.flatnonzero(c.direction)).size:
+        last = np.searchsorted(moving, np.arange(dataset.rows), side="right") - 1
+        way = np.sign(c.direction[moving[np.maximum(last, 0)]])
+    return passages(c.run, way)
 
 
 def board_of(dataset: Dataset) -> Board:

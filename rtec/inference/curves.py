@@ -28,17 +28,9 @@ _Mask = NDArray[np.bool_]
 def contribution_curve(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return a contribution as a curve: as it is where it is a function of ``x``, else means of neighbours.
 
+    ``x`` and ``y`` have the shape (readings,); places, ascending, and the curve there come back, each (points,).
+
     A long one is read at places close together, both along the axis and among the readings.
-
-    Parameters
-    ----------
-    x, y
-        What it is drawn over, and the contribution at each reading, shape (readings,).
-
-    Returns
-    -------
-    tuple
-        Places, ascending, and the curve there, each of shape (points,).
 
     Examples
     --------
@@ -62,14 +54,7 @@ def contribution_curve(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 def at_places(c: Conditions, places: Floats, rows: _Mask) -> Conditions:
     """Return conditions at any places, approached as some readings are: enough for what depends on position alone.
 
-    Parameters
-    ----------
-    c
-        Of the readings.
-    places
-        Positions, shape (points,).
-    rows
-        Readings of one direction, shape (readings,).
+    ``places`` has the shape (points,); ``rows`` are readings of one direction, shape (readings,).
     """
     direction = None
     if c.direction is not None:
@@ -88,6 +73,8 @@ def at_places(c: Conditions, places: Floats, rows: _Mask) -> Conditions:
 def model_curve(dataset: Dataset, c: Conditions, model: Model, fitted: Floats, rows: _Mask) -> tuple[Floats, Floats]:
     """Return the model over places, mean of all runs; what is periodic also between targets that stand far apart.
 
+    Places, ascending, and the model there, each of shape (points,).
+
     Parameters
     ----------
     dataset, c
@@ -96,11 +83,6 @@ def model_curve(dataset: Dataset, c: Conditions, model: Model, fitted: Floats, r
         The model, and what it says of each reading, shape (readings,).
     rows
         Readings of one direction, shape (readings,).
-
-    Returns
-    -------
-    tuple
-        Places, ascending, and the model there, each of shape (points,).
     """
     means = neighbour_means(c.position[rows], fitted[rows], each_place=True)
     reach = _PERIOD_GAPS * float(np.median(np.diff(means.at))) if means.at.size > 1 else 0.0

@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.many_rows import looked_at
+from rtec.dataset.many_rows import drawn, looked_at
 from rtec.errors import ArgumentError
 from rtec.inference.answer import settled
-from rtec.inference.drawn import drawn
 from rtec.inference.experiment import experiment_for_more
 from rtec.inference.finding import Finding
 from rtec.inference.fit import fit_model, residual_of
@@ -58,11 +57,6 @@ def diagnose(
         Draws the readings that are looked at, where there are very many.
     progress
         Called with the share done.
-
-    Returns
-    -------
-    Diagnosis
-        Verdict, steps, candidates, and everything that the report draws.
 
     Raises
     ------

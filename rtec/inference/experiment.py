@@ -187,16 +187,12 @@ def separating_plan(space: Space) -> Conditions | None:
 def experiment_for_unknown(unknown: Unknown, dataset: Dataset) -> Experiment:
     """Return what would tell more about structure that nothing in the library explains, or cannot at one speed."""
     asked = [(words, ASKS[words]) for words in _of_one_speed(dataset)]
-    asked += [(_STATE_PITCH, frozenset[Ask]())] if "position" in unknown.depends_on and _may_turn(dataset) else []
+    c = dataset.conditions
+    if "position" in unknown.depends_on and c.position_unit == "mm" and c.screw_pitch is None:
+        asked.append((_STATE_PITCH, frozenset[Ask]()))
     asked += [_WAYS.get(name, (_OTHERWISE.format(name), frozenset())) for name in unknown.depends_on]
     asks = frozenset[Ask]().union(*(asks for _, asks in asked))
     return Experiment(text="; ".join(words for words, _ in asked), asks=asks)
-
-
-def _may_turn(dataset: Dataset) -> bool:
-    """Return whether the axis may have a screw or pinion of whose pitch nothing is known."""
-    c = dataset.conditions
-    return c.position_unit == "mm" and c.screw_pitch is None and not c.time_is_coordinate
 
 
 def _of_weight(dataset: Dataset) -> list[str]:

@@ -16,7 +16,7 @@ from rtec.inference.model import Model, Term
 from rtec.inference.proposals import proposals
 from rtec.inference.results import Value
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.space import Choice, Part, Space
+from rtec.inference.space import Choice, Space
 
 _STEP = 1e-4
 """Of a shape parameter's room, for its numerical derivative."""
@@ -71,13 +71,13 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     space = judge.space
     weights = space.weights(model.colour)
     whiten = space.view(weights).whitening.of
-    parts = [space.part_of(choice) for choice in model.choices]
-    white = [whiten(part.raw) for part in parts]
-    rest = [np.ones((1, space.dataset.rows))] if space.has_datum else []
-    table = np.vstack([*white, *map(whiten, rest)]) if white or rest else np.empty((0, space.dataset.rows))
+    raw = [space.part_of(choice).raw for choice in model.choices]
+    sizes = [columns.shape[0] for columns in raw]
+    none = np.empty((0, space.dataset.rows))
+    raw += [np.ones((1, space.dataset.rows))] * space.has_datum
+    table = np.vstack([none, *map(whiten, raw)])
     observed = whiten(space.dataset.observed[None, :])[0]
     numbers = _solved(table, observed)
-    sizes = [w.shape[0] for w in white]
     low = np.concatenate([
         np.full(size, 0.0 if effect.not_negative else -np.inf)
         for size, (effect, _) in zip(sizes, model.choices, strict=True)
@@ -88,7 +88,7 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
         length = np.maximum(np.sqrt((table**2).sum(axis=1)), 1e-300)
         numbers = lsq_linear((table / length[:, None]).T, observed, bounds=(low, np.inf), method="bvls").x / length
     noise = space.view(model.colour).whitening
-    left = noise.of((space.dataset.observed - numbers @ _unweighed(space, parts, rest))[None, :])[0]
+    left = noise.of((space.dataset.observed - numbers @ np.vstack([none, *raw]))[None, :])[0]
     variance = float(left @ left) / max(observed.size - numbers.size, 1)
     ends = np.cumsum([0, *sizes])
     amplitudes = [numbers[a:b] for a, b in itertools.pairwise(ends)]
@@ -125,11 +125,6 @@ def _solved(table: Floats, observed: Floats) -> Floats:
     scaled = table / length[:, None]
     found: Floats = np.linalg.pinv(scaled @ scaled.T, rcond=_CUT, hermitian=True) @ (scaled @ observed) / length
     return found
-
-
-def _unweighed(space: Space, parts: Sequence[Part], rest: Sequence[Floats]) -> Floats:
-    """Return the columns of effects and of what goes beside them as they are, shape (columns, rows)."""
-    return np.vstack([*(part.raw for part in parts), *rest]) if parts or rest else np.empty((0, space.dataset.rows))
 
 
 def _covariance(table: Floats, noise: Whitening | None) -> Floats:
@@ -216,7 +211,7 @@ class OpenedModel:
 
 
 def fit_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> Model:
-    """Fit what a model leaves open; what it states stays.
+    """Fit what a model leaves open; what it states stays, and a model with nothing open comes back as it is.
 
     Parameters
     ----------
@@ -226,11 +221,6 @@ def fit_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> Mode
         Terms without shape or amplitudes are fitted, jointly.
     all_open
         Whether to refit the amplitudes that are stated, too, and shapes near the stated ones.
-
-    Returns
-    -------
-    Model
-        Every term with shape and amplitudes. A model with nothing open comes back as it is.
 
     Raises
     ------

@@ -46,7 +46,7 @@ _TELLING = 2.0
 
 
 def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Return what speaks against a positioning test, in sentences with line and column.
+    """Return what speaks against a positioning test of three readings at least, in sentences with line and column.
 
     Parameters
     ----------
@@ -54,11 +54,6 @@ def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None
         With targets, and deviations or actual positions.
     facts
         ``screw_pitch``, ``scale_signal_period``, ``counts_per_rev`` from options; they go before those of the file.
-
-    Returns
-    -------
-    tuple of str
-        Empty where nothing does, or the readings are fewer than three.
 
     Raises
     ------

@@ -99,7 +99,7 @@ def _explained(sums: np.ndarray, counts: np.ndarray, doubled: np.ndarray) -> Flo
 
 
 def threshold(frequency: Floats, noise: NoiseFloor, *, rows: int, resolved: float, spacing: float) -> Floats:
-    """Return the amplitude that noise alone passes anywhere with a probability of 1 % only.
+    """Return the amplitude that noise alone passes anywhere with a probability of 1 % only, shape (frequencies,).
 
     Parameters
     ----------
@@ -113,11 +113,6 @@ def threshold(frequency: Floats, noise: NoiseFloor, *, rows: int, resolved: floa
         Number of frequencies that are independent of each other.
     spacing
         From reading to reading, in units of 1/frequency.
-
-    Returns
-    -------
-    ndarray
-        Shape (frequencies,), in the unit of the noise.
 
     Notes
     -----

@@ -14,7 +14,7 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import other_step, target_shift
-from rtec.effects import Conditions, Floats, Observable
+from rtec.effects import Conditions, Observable
 from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError
 from rtec.inference.experiment import CHANGES_DEGC
@@ -101,7 +101,7 @@ def measured_plan(dataset: Dataset) -> ExperimentPlan | None:
         weather=_weather(c),
         columns=_columns(dataset, reading),
         runs=1,
-        feeds_mm_s=(_usual_feed(end - start),),
+        feeds_mm_s=(_rounded(min(_FEED, (end - start) / _FEED_SPANS_S)),),
     )
     if reading is Reading.AT_REST:
         return _at_rest(plan, c, runs)
@@ -120,7 +120,8 @@ def _at_rest(plan: ExperimentPlan, c: Conditions, runs: int) -> ExperimentPlan:
     targets = max(round(c.rows / (runs * ways)), 2)
     feeds = plan.feeds_mm_s
     if c.velocity is not None and np.abs(c.velocity).max() > 0.0:
-        feeds = _distinct(np.abs(c.velocity))
+        distinct = {_rounded(speed) for speed in np.abs(c.velocity).tolist() if speed > 0.0}
+        feeds = tuple(sorted(distinct, reverse=True)[:MOST_IN_TURN])
     dwell = _USUAL_DWELL_S
     if c.time_s is not None and c.rows > 1:
         dwell = float(np.median(np.diff(c.time_s))) - c.span / targets / max(feeds)
@@ -250,16 +251,6 @@ def _with(columns: tuple[str, ...], *names: str) -> tuple[str, ...]:
 def _rounded(value: float) -> float:
     """Return a value with two digits, as people set it."""
     return float(f"{value:.2g}")
-
-
-def _usual_feed(span: float) -> float:
-    return _rounded(min(_FEED, span / _FEED_SPANS_S))
-
-
-def _distinct(speeds: Floats) -> tuple[float, ...]:
-    """Return the feeds of readings at rest, the fastest first."""
-    found = sorted({_rounded(speed) for speed in speeds.tolist() if speed > 0.0}, reverse=True)
-    return tuple(found[:MOST_IN_TURN])
 
 
 def _ends(c: Conditions) -> tuple[float, float]:

@@ -108,11 +108,6 @@ def report_folder(folder: Path | None, name: str) -> Iterator[Path]:
     name
         Of the study.
 
-    Yields
-    ------
-    Path
-        The folder.
-
     Raises
     ------
     OutputError

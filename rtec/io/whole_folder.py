@@ -27,11 +27,6 @@ def whole_folder(folder: Path, *, last: str = "") -> Iterator[Path]:
     last
         Name of the file that shows the others, such as a page: it comes last.
 
-    Yields
-    ------
-    Path
-        An empty folder to write into.
-
     Raises
     ------
     OutputError

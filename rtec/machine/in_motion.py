@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtec.axis import Program
+from rtec.axis import Program, Window
 from rtec.axis.encoder import PERFECT
 from rtec.axis.motion import (
     ACCELERATION_HZ_S,
     Motion,
     MotionKind,
-    Window,
     motion_of,
     programme_motion,
 )

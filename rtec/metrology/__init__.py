@@ -11,8 +11,7 @@ from rtec.metrology.measurement import Column, Measurement, Positions, direction
 from rtec.metrology.measurement_csv import write_measurement
 from rtec.metrology.measurement_file import read_measurement
 from rtec.metrology.measuring_plan import MachineAxis, MeasuringPlan
-from rtec.metrology.measuring_program import Dwell, Move, measuring_program, parse_program
-from rtec.metrology.program_file import read_program
+from rtec.metrology.measuring_program import Dwell, Move, measuring_program, parse_program, read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined
 from rtec.metrology.tables.choices import ColumnChoices, column_choices
 from rtec.metrology.uncertainty import UncertaintyInputs, positioning_uncertainty

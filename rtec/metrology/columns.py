@@ -60,6 +60,16 @@ MOST_AXES = 15
 """That a machine on a bus has (`rtec.link`)."""
 _ANY_UNIT = re.compile(r"[a-z][a-z0-9]{0,15}", re.ASCII)
 """Of a load: a mass, a force, a torque or a share of what is rated, whatever the file says."""
+_BY_SPELLING = {
+    spelling: unit.column
+    for unit in UNITS.values()
+    if unit.heading is not Heading.NONE
+    for spelling in (unit.column, *unit.words)
+}
+SPELLINGS = frozenset(_BY_SPELLING) | {spelling.replace("u", "µ") for spelling in _BY_SPELLING if spelling[0] == "u"}
+"""All the ways in which units are written, in small letters."""
+
+_PLACES = ("target", "actual", "deviation", "position")
 
 
 def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
@@ -137,3 +147,34 @@ def units_lacking(heading: str) -> str | None:
     if units is None or "" in units:
         return None
     return ", ".join(f"{text}_{unit}" for unit in units)
+
+
+def spelled_unit(text: str) -> str | None:
+    """Return the unit that a text is, whatever way it is spelled, or None.
+
+    Examples
+    --------
+    >>> spelled_unit("µm"), spelled_unit("°C"), spelled_unit("Zoll"), spelled_unit("axis 1")
+    ('um', 'degc', 'inch', None)
+    >>> spelled_unit("µ"), spelled_unit("u")
+    ('um', 'rev')
+    """
+    if text.strip(" []") in ("µ", "μ"):
+        return "um"
+    plain = " ".join(text.replace("µ", "u").replace("μ", "u").lower().split()).removesuffix("]").removeprefix("[")
+    return _BY_SPELLING.get(plain.strip())
+
+
+def column_unit(quantity: str, unit: str) -> ColumnUnit | None:
+    """Return a unit of a quantity with its factor, or None where the quantity has no such unit.
+
+    The unit is as `spelled_unit` returns it; the quantity ``position`` stands for target or actual.
+
+    Examples
+    --------
+    >>> column_unit("deviation", "um"), column_unit("time", "um")
+    (ColumnUnit(inside='mm', factor=0.001, offset=0.0), None)
+    """
+    first = quantity.partition("_")[0]
+    known = "target" if first in _PLACES else first
+    return column_units(known, Heading.OURS, Heading.OTHERS).get(unit)

@@ -49,21 +49,9 @@ class CyclicError:
 
 
 def cyclic_error(position: Floats, deviation: Floats, period: float) -> CyclicError:
-    """Estimate the cyclic error in one direction.
+    """Estimate the cyclic error in one direction, or say why the targets cannot show it.
 
-    Parameters
-    ----------
-    position
-        Targets, shape (n,).
-    deviation
-        Mean deviation at each target, shape (n,).
-    period
-        Length of a cycle, in the unit of ``position``.
-
-    Returns
-    -------
-    CyclicError
-        Peak to peak of the periodic part, or the reason why the targets cannot show it.
+    Targets and the mean deviation at each have the shape (n,); the period is in the unit of the position.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -15,6 +15,8 @@ from rtec.metrology.plain_numbers import shown
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
 from rtec.metrology.tables.choices import as_option
 
+Cells = NDArray[np.float64] | NDArray[np.str_]
+"""A column of numbers, or of text."""
 _POSITIONS = ("target", "actual", "deviation")
 
 
@@ -91,7 +93,7 @@ class Measurement:
     source: str
     facts: Mapping[str, str]
     columns: Mapping[str, Column]
-    unknown: Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
+    unknown: Mapping[str, Cells]
     lines: Sequence[int] | None = None
     notes: tuple[str, ...] = ()
     headings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
@@ -109,12 +111,8 @@ class Measurement:
     @property
     def rows(self) -> int:
         """Number of rows."""
-        return next(int(values.size) for values in self._all_values())
-
-    def _all_values(self) -> Iterator[NDArray[np.float64] | NDArray[np.str_]]:
-        for column in self.columns.values():
-            yield column.values
-        yield from self.unknown.values()
+        every: Iterable[Cells] = (*(column.values for column in self.columns.values()), *self.unknown.values())
+        return next(values.size for values in every)
 
     def line_of(self, row: int) -> int | None:
         """Return the line of the file in which a row stands, counted from 1; None where there is no file."""
@@ -123,12 +121,7 @@ class Measurement:
     def called(self, quantity: str, rows: Iterable[int] = ()) -> str:
         """Return what a column is called in a message: the quantity, and the heading of the file where it is another.
 
-        Parameters
-        ----------
-        quantity
-            Of the column.
-        rows
-            Those that are spoken of: in a table with a column for each pass they tell which.
+        In a table with a column for each pass the ``rows`` that are spoken of tell which.
         """
         heading = self.headings.get(quantity, "")
         if quantity in ("deviation", "actual") and self.passes:
@@ -267,14 +260,7 @@ def _fill_rests(step: Floats) -> Floats:
 
 
 def measurement_of_readings(readings: Readings | RotaryReadings, facts: Mapping[str, str]) -> Measurement:
-    """Return readings as a measurement, to be written as CSV.
-
-    Parameters
-    ----------
-    readings
-        Of a linear or a rotary axis.
-    facts
-        What else is known, for the ``# key: value`` lines.
+    """Return readings as a measurement with facts for its ``# key: value`` lines, to be written as CSV.
 
     Examples
     --------

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rtec.io import write_lines
-from rtec.metrology.measurement import Measurement
+from rtec.metrology.measurement import Cells, Measurement
 
 
 def write_measurement(path: str | Path, measurement: Measurement) -> None:
-    """Write a measurement; it reads back to the same numbers.
-
-    Parameters
-    ----------
-    path
-        The CSV file, replaced where it exists.
-    measurement
-        Written in the internal units, the known columns first.
+    """Write a measurement in the internal units, the known columns first; it reads back to the same numbers.
 
     Raises
     ------
@@ -51,7 +41,7 @@ def _quoted(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in '",') else text
 
 
-def _written(values: NDArray[np.float64] | NDArray[np.str_]) -> list[str]:
+def _written(values: Cells) -> list[str]:
     if values.dtype.kind == "U":
         return [_quoted(str(value)) for value in values]
     return [str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value) for value in values.tolist()]

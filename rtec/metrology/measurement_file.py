@@ -7,21 +7,19 @@ guessed stands in the notes of the measurement.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
 from rtec.io import read_any_text
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
-from rtec.metrology.measurement import Column, Measurement, measurement_of_readings
+from rtec.metrology.measurement import Cells, Column, Measurement, measurement_of_readings
 from rtec.metrology.plain_numbers import shown
-from rtec.metrology.tables.agreement import disagreement
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.headings import Meaning, Strength, meaning_of
@@ -38,6 +36,13 @@ from rtec.metrology.tables.words import AXIS, plain_words
 from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
 
 _OF_LONG_TABLES = ("time", "velocity", "feed", "force", "current", "torque", "voltage")
+_FEWEST_COMPARED = 3
+_CLOSE = 0.05
+_SLIPS = (
+    (-1.0, "target less actual"),
+    (1e3, "1000 times actual less target"),
+    (1e-3, "a thousandth of actual less target"),
+)
 
 
 def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> Measurement:
@@ -104,7 +109,7 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
     lines: Sequence[int] = values.lines
     unfolding: list[str] = []
     headings: list[str] = []
-    unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
+    unknown: dict[str, Cells] = {}
     if passes:
         columns, lines, headings, unfolding = unfolded(table, values, passes)
     else:
@@ -128,12 +133,10 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
     )
 
 
-def _columns(
-    table: Table, values: Values
-) -> tuple[dict[str, Column], dict[str, NDArray[np.float64] | NDArray[np.str_]]]:
+def _columns(table: Table, values: Values) -> tuple[dict[str, Column], dict[str, Cells]]:
     """Return the known columns by quantity, and the others by heading."""
     columns: dict[str, Column] = {}
-    unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]] = {}
+    unknown: dict[str, Cells] = {}
     placed = values.placed.columns
     times = [index for index, (quantity, unit) in placed.items() if quantity == "time" and unit is None]
     seen: dict[str, str] = {}
@@ -156,7 +159,7 @@ def _columns(
     return columns, unknown
 
 
-def _refuse_several_axes(table: Table, index: int, cells: NDArray[np.float64] | NDArray[np.str_]) -> None:
+def _refuse_several_axes(table: Table, index: int, cells: Cells) -> None:
     names = list(dict.fromkeys(cells.tolist())) if set(plain_words(table.headings[index])) <= AXIS else []
     if len(names) > 1:
         problem = f"column {shown(table.headings[index])} names several axes: {', '.join(map(str, names[:3]))}"
@@ -164,9 +167,7 @@ def _refuse_several_axes(table: Table, index: int, cells: NDArray[np.float64] | 
         raise table.refused(problem, allowed)
 
 
-def _find_runs(
-    columns: dict[str, Column], unknown: dict[str, NDArray[np.float64] | NDArray[np.str_]], values: Values
-) -> None:
+def _find_runs(columns: dict[str, Column], unknown: dict[str, Cells], values: Values) -> None:
     """Take a column called a number, such as 'Nr.', for that of the run where it counts runs."""
     target = columns.get("target", columns.get("actual"))
     if "run" in columns or target is None:
@@ -188,6 +189,31 @@ def _refuse_disagreement(table: Table, values: Values, columns: dict[str, Column
         problem = f"column {shown(table.headings[index])} is {what}, by the positions beside it"
         allowed = f"a deviation is actual less target; {table.as_choice(index, 'ignore')} takes it from the positions"
         raise table.refused(problem, allowed)
+
+
+def disagreement(columns: Mapping[str, Column]) -> str | None:
+    """Return what a deviation is where it is not actual less target but has its shape; None where nothing is wrong.
+
+    A datum that only one of the two has makes no difference, and columns that have little to do with each other (the
+    position of an encoder beside the error that a laser saw) are no contradiction.
+
+    Examples
+    --------
+    >>> target, error = np.array([0.0, 100, 200]), np.array([0.001, -0.002, 0.004])
+    >>> named = {"target": target, "actual": target + error, "deviation": -error}
+    >>> disagreement({name: Column(name, "mm", values) for name, values in named.items()})
+    'target less actual'
+    """
+    if not {"target", "actual", "deviation"} <= columns.keys():
+        return None
+    target, actual, deviation = (columns[name] for name in ("target", "actual", "deviation"))
+    if len({target.unit, actual.unit, deviation.unit}) > 1 or target.values.size < _FEWEST_COMPARED:
+        return None
+    away = actual.values - target.values
+    said, seen = deviation.values - deviation.values.mean(), away - away.mean()
+    size = float(np.abs(said).max())
+    slips = (what for factor, what in _SLIPS if size > 0.0 and np.abs(said - factor * seen).max() <= _CLOSE * size)
+    return next(slips, None)
 
 
 def _one_target_a_row(table: Table) -> Table:

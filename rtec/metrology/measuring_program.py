@@ -16,11 +16,17 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from itertools import accumulate
 from operator import add, sub
+from pathlib import Path
 
-from rtec.errors import FileFormatError
+from rtec import axis
+from rtec.errors import ArgumentError, FileFormatError
+from rtec.io import read_text
 from rtec.metrology.measuring_plan import AxisMeasure, InchMode, MeasuringPlan
 from rtec.metrology.plain_numbers import shown
 from rtec.units import MM_PER_INCH
+
+STOP_S = 1.0
+"""After so long the operator continues at a stop."""
 
 
 def measuring_program(plan: MeasuringPlan) -> list[str]:
@@ -123,19 +129,7 @@ _ALLOWED = "G70, G20, G07, G01G59G90G94, G53<axis><position>[F<feed>], G04F<seco
 
 
 def parse_program(lines: Iterable[str], *, source: str = "program") -> list[Block]:
-    """Read a measuring program.
-
-    Parameters
-    ----------
-    lines
-        Its lines; empty ones are passed over.
-    source
-        Name for messages.
-
-    Returns
-    -------
-    list of Block
-        `Move`, `Dwell` and `Stop` in order, each with its line number; modes and comments have been read.
+    """Return the moves, dwells and stops of a measuring program in order; ``source`` is its name for messages.
 
     Raises
     ------
@@ -205,3 +199,34 @@ def _refuse_unready(source: str, move: Move, modes: set[str], last: Move | None)
     if last is not None and move.axis != last.axis:
         problem = f"axis {move.axis} after {last.axis}"
         raise FileFormatError(source, move.line, problem, "one axis in a measuring program")
+
+
+def read_program(path: str | Path) -> axis.Program:
+    """Read a G-code file; the axis starts at machine zero. It is as `measuring_program` writes it.
+
+    Raises
+    ------
+    FileFormatError
+        With the line: what `parse_program` refuses, a position or a feed out of range; a program that stays where it
+        is.
+
+    Examples
+    --------
+    >>> read_program("part.nc")
+    Traceback (most recent call last):
+        ...
+    rtec.errors.FileFormatError: part.nc: there is no such file; use the path of a text file
+    """
+    source = str(path)
+    blocks: list[axis.Block] = []
+    for block in parse_program(read_text(path).splitlines(), source=source):
+        try:
+            if isinstance(block, Move):
+                blocks.append(axis.Move(target_mm=block.position_mm, feed_mm_s=block.feed_mm_s))
+            else:
+                blocks.append(axis.Dwell(seconds=block.duration_s if isinstance(block, Dwell) else STOP_S))
+        except ArgumentError as error:
+            raise FileFormatError(source, block.line, f"{error.name} {error.value}", error.allowed) from error
+    if not any(isinstance(block, axis.Move) and block.target_mm != 0.0 for block in blocks):
+        raise FileFormatError(source, None, "the axis stays at 0", "a move to somewhere else, such as G53Z1.0F50.")
+    return axis.Program(blocks=tuple(blocks))

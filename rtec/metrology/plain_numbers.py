@@ -25,21 +25,10 @@ def shown(text: str) -> str:
 
 
 def plain_numbers(lines: list[str], columns: int, delimiter: str | None) -> NDArray[np.float64] | None:
-    """Return rows of finite numbers in one quick sweep, or None where anything else is met.
+    """Return rows of finite numbers in one quick sweep, shape (rows, columns), or None where anything else is met.
 
-    Parameters
-    ----------
-    lines
-        The rows, without header; empty ones are passed over.
-    columns
-        Numbers that each row has to have.
-    delimiter
-        What separates them; None for white space.
-
-    Returns
-    -------
-    ndarray or None
-        Shape (rows, columns). None says only that a slower reader has to find out what is wrong and where.
+    The lines are those of the rows, of which empty ones are passed over; a delimiter None is white space. None says
+    only that a slower reader has to find out what is wrong and where.
 
     Examples
     --------

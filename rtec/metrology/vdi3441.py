@@ -64,12 +64,7 @@ class VdiFigures:
 
 
 def vdi_figures(figures: PositioningFigures) -> VdiFigures | None:
-    """Return the figures of VDI/DGQ 3441 of what was judged by ISO 230-2.
-
-    Returns
-    -------
-    VdiFigures or None
-        Of the targets that were read at least twice from both directions; None where there is none.
+    """Return the figures of VDI/DGQ 3441 of the targets that were read twice each way at least; None without any.
 
     Examples
     --------

@@ -62,11 +62,6 @@ def parse_quantity(text: str, kind: Kind, *, name: str) -> float:
     name
         The option or key, for the error message.
 
-    Returns
-    -------
-    float
-        The finite value in ``kind.unit``.
-
     Raises
     ------
     ArgumentError
@@ -101,11 +96,6 @@ def parse_in(text: str, unit: str, *, name: str, inside: float = 1.0) -> float:
         The option or key, for the error message.
     inside
         The result is the number in ``unit`` divided by this.
-
-    Returns
-    -------
-    float
-        Finite.
 
     Raises
     ------

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from rtec.errors import FileFormatError
-from rtec.metrology.columns import ColumnUnit, quantity_of_heading
+from rtec.metrology.columns import ColumnUnit, column_unit, quantity_of_heading
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cells import Cell, apart_from_unit, decimal_marks, is_missing, may_hold_units, number_of
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
 from rtec.metrology.tables.headings import contradicting_units, meaning_of, named_and_unit, unit_below
 from rtec.metrology.tables.table import Table
-from rtec.metrology.tables.units import column_unit
 from rtec.metrology.tables.wide import pass_of
 
 _OTHERS = ("direction", "run")

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
-from rtec.metrology.tables.units import SPELLINGS, spelled_unit
+from rtec.metrology.columns import SPELLINGS, spelled_unit
 from rtec.metrology.tables.words import BACKWARD, DIRECTION, FILLERS, FORWARD, plain_words
 
 Cell = str | float

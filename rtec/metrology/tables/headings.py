@@ -9,8 +9,14 @@ import re
 from dataclasses import dataclass
 from enum import IntEnum
 
-from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
-from rtec.metrology.tables.units import column_unit, spelled_unit
+from rtec.metrology.columns import (
+    ColumnUnit,
+    axis_of_heading,
+    column_unit,
+    quantity_of_heading,
+    spelled_unit,
+    units_lacking,
+)
 from rtec.metrology.tables.words import (
     ACTUAL,
     ANOTHER_ERROR,

@@ -90,7 +90,8 @@ def tables_of_grid(source: str, rows: list[list[Cell | None]]) -> list[Table]:
     (('Soll [mm]', 'Error [um]'), [[0.0, 1.5], [10.0, '']], [4, 5])
     """
     width = max((len(row) for row in rows), default=0)
-    left = min((_first_filled(row) for row in rows if row), default=0)
+    filled = [[index for index, cell in enumerate(row) if cell is not None] or [len(row)] for row in rows if row]
+    left = min(filled, default=[0])[0]
     padded = [
         [("" if cell is None else cell) for cell in [*row, *[None] * (width - len(row))][left:]] for row in rows
     ]
@@ -113,10 +114,6 @@ def _commented(lines: list[str], separator: str | None, head: int, width: int) -
     fields = text.split(separator)
     said = sum(meaning_of(field) is not None for field in fields)
     return above[-1] if len(fields) == width and 2 * said >= width else None
-
-
-def _first_filled(row: Sequence[Cell | None]) -> int:
-    return next((index for index, cell in enumerate(row) if cell is not None), len(row))
 
 
 def _facts(source: str | Path, lines: list[str]) -> tuple[dict[str, str], int]:
@@ -163,16 +160,14 @@ def _header_above(grid: Grid, head: int, start: int) -> int:
     if any(not is_name(grid.fields(index)) for index in above):
         while is_name(grid.fields(above[-1])):
             above.pop()  # 'Run 1' between the headings and its rows
-    while len(above) > 1 and is_row(fields := grid.fields(above[-1])) and not _says_anything(fields):
+    while len(above) > 1 and is_row(fields := grid.fields(above[-1])):
+        if any(isinstance(field, str) and meaning_of(field) is not None for field in fields):
+            break
         above.pop()  # a row with something strange in it: said where it is read
     if not above:
         line = ", ".join(str(field) for field in grid.fields(start))
         raise FileFormatError(grid.source, start + 1, f"no header line: {shown(line)} holds numbers", _A_HEADER)
     return above[-1]
-
-
-def _says_anything(fields: Sequence[Cell]) -> bool:
-    return any(isinstance(field, str) and meaning_of(field) is not None for field in fields)
 
 
 def _tables(

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rtec.errors import ArgumentError, meant
-from rtec.metrology.columns import ColumnUnit, axis_of_heading, quantity_of_heading, units_lacking
+from rtec.metrology.columns import ColumnUnit, axis_of_heading, column_unit, quantity_of_heading, units_lacking
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.choices import IGNORE, ColumnChoices
 from rtec.metrology.tables.headings import (
@@ -22,7 +22,6 @@ from rtec.metrology.tables.headings import (
     unit_below,
 )
 from rtec.metrology.tables.table import Table
-from rtec.metrology.tables.units import column_unit
 
 _WORDS = {
     "target": "the target",
@@ -155,7 +154,8 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
     for quantity in dict.fromkeys(meaning.quantity for meaning in meanings.values()):
         claims = [index for index, meaning in meanings.items() if meaning.quantity == quantity]
         usable = [index for index in claims if meanings[index].unit is not None or quantity == "time"]
-        bare = next((index for index in claims if _lacks_unit(meanings[index]) and index not in said), None)
+        exact = [index for index in claims if meanings[index].strength is Strength.EXACT and index not in said]
+        bare = next((index for index in exact if meanings[index].unit is None), None)
         if bare is not None and quantity != "time":
             heading = table.headings[bare]
             units = units_lacking(heading) or ""
@@ -171,10 +171,6 @@ def _strongest(table: Table, meanings: dict[int, Meaning], said: Mapping[int, Me
         for index in top:  # a date and a time of day are one time
             chosen[index] = meanings[index]
     return dict(sorted(chosen.items()))
-
-
-def _lacks_unit(meaning: Meaning) -> bool:
-    return meaning.strength is Strength.EXACT and meaning.unit is None
 
 
 def _refuse_two(table: Table, top: list[int], quantity: str) -> None:

@@ -73,12 +73,10 @@ def _names(tables: Sequence[Table]) -> list[str]:
     most = max(len(table.titles) for table in tables[1:])
     titles = [table.titles[max(0, len(table.titles) - most) :] for table in tables]  # not those of the whole file
     shared = set(titles[0]).intersection(*titles[1:])
-    return [", ".join(line for line in lines if line not in shared and not _is_moment(line)) for lines in titles]
-
-
-def _is_moment(line: str) -> bool:
-    words = plain_words(line)
-    return bool(words) and words[0] in TIME
+    return [
+        ", ".join(line for line in lines if line not in shared and TIME.isdisjoint(plain_words(line)[:1]))
+        for lines in titles
+    ]
 
 
 def _pass_named(title: str) -> Pass | None:

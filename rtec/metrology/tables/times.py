@@ -40,12 +40,8 @@ def seconds_since_first(
 ) -> tuple[Floats, list[str]]:
     """Return the seconds since the first of several dates or times of day, and what was taken for granted.
 
-    Parameters
-    ----------
-    source, lines, heading
-        For messages: the file, the line of each cell, the heading of the column.
-    cells
-        ISO 8601, ``22.11.2026 14:05:09``, ``11/22/2026 2:05 PM``, or times of day alone, which go on over midnight.
+    Cells are ISO 8601, ``22.11.2026 14:05:09``, ``11/22/2026 2:05 PM``, or times of day alone, which go on over
+    midnight; the rest is for messages.
 
     Raises
     ------

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rtec.metrology.columns import ColumnUnit
+from rtec.metrology.columns import ColumnUnit, column_unit
 from rtec.metrology.measurement import Column
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.headings import named_and_unit, unit_below
 from rtec.metrology.tables.table import Table
-from rtec.metrology.tables.units import column_unit
 from rtec.metrology.tables.values import Values
 from rtec.metrology.tables.wide import Pass
 

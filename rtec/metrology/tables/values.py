@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import FileFormatError
 from rtec.metrology.columns import ColumnUnit, units_lacking
+from rtec.metrology.measurement import Cells
 from rtec.metrology.plain_numbers import plain_numbers, shown
 from rtec.metrology.readings import Floats
 from rtec.metrology.tables.cells import Cell, decimal_marks, direction_of, is_missing, number_of, run_of
@@ -262,7 +263,7 @@ class Values:
         self.notes += notes
         return seconds
 
-    def unknown(self, index: int) -> NDArray[np.float64] | NDArray[np.str_]:
+    def unknown(self, index: int) -> Cells:
         """Return a column of no known quantity: numbers, or text where a cell is none, shape (rows,)."""
         if self.numbers is not None:
             return self.numbers[:, index].copy()

@@ -15,17 +15,8 @@ _NUMBERS = frozenset("nr no n num number nummer messung measurement meas set ser
 def ways_by_motion(names: Sequence[str], target: Floats, run: Floats) -> dict[str, int] | None:
     """Return the direction that each of two names stands for, or None where the targets do not tell.
 
-    Parameters
-    ----------
-    names
-        Of the direction of each reading.
-    target, run
-        Shape (rows,), in the order of the readings.
-
-    Returns
-    -------
-    dict or None
-        +1 for the name under which all targets of a run ascend, one after the other, −1 for the other.
+    +1 for the name under which all targets of a run ascend, one after the other, −1 for the other. Names, targets and
+    runs are those of the readings in their order.
 
     Examples
     --------
@@ -49,12 +40,7 @@ def ways_by_motion(names: Sequence[str], target: Floats, run: Floats) -> dict[st
 def counts_runs(heading: str, numbers: Floats, target: Floats) -> bool:
     """Return whether a column that is called a number counts runs: up from run to run, with several targets in each.
 
-    Parameters
-    ----------
-    heading
-        Such as ``Nr.``, which may number the rows, the targets or the runs.
-    numbers, target
-        Shape (rows,), in the order of the readings.
+    ``Nr.`` may number the rows, the targets or the runs; numbers and targets have the shape (rows,), in order.
 
     Examples
     --------

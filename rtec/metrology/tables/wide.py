@@ -47,14 +47,7 @@ class Pass:
 def pass_of(column: int, heading: str, above: str = "") -> Pass | None:
     """Return the run and direction that a heading names, or None where it names something else.
 
-    Parameters
-    ----------
-    column
-        Index of the column.
-    heading
-        Such as ``Run 2 ↑``, ``3-``, ``Rückwärts``, ``error 4 [µm]``.
-    above
-        What spans the column in the line above, such as ``Forward``.
+    ``above`` is what spans the column in the line above, such as ``Forward``.
 
     Examples
     --------
