@@ -77,6 +77,10 @@ class Motion:
     requests_ps: _IntArray
     acceleration_hz_s: float
 
+    def __post_init__(self) -> None:
+        if self.total_ps > LONGEST_RUN_PS:
+            raise ArgumentError("cycles", f"{self.total_ps / PS_PER_S / 86400:.3g} days", "50 days at this frequency")
+
     @property
     def top_hz(self) -> float:
         """Return the highest frequency of the encoder's square waves that it reaches."""
@@ -193,9 +197,7 @@ def motion_of(
         segments, requests_ps = laid_out(_ATTACKS[kind], place, range(first, first + corrections))
     else:
         raise ArgumentError("motion", kind.value, "a motion without a file", "see programme_motion")
-    return _within_time(
-        Motion(kind=kind, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s)
-    )
+    return Motion(kind=kind, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s)
 
 
 def programme_motion(
@@ -236,10 +238,8 @@ def programme_motion(
         block=moved.block, block_end_ps=moved.block_end_ps, end_mm=moved.end_mm * per_mm,
     )  # fmt: skip
     requests_ps = _evenly(segments.total_ps, corrections)
-    return _within_time(
-        Motion(
-            kind=MotionKind.PROGRAMME, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s
-        )
+    return Motion(
+        kind=MotionKind.PROGRAMME, segments=segments, requests_ps=requests_ps, acceleration_hz_s=acceleration_hz_s
     )
 
 
@@ -267,12 +267,6 @@ def _fastest(program: Program) -> float:
 
 
 _ATTACKS: dict[MotionKind, Make] = {MotionKind.REVERSAL: reversal, MotionKind.ADVERSARY: adversary}
-
-
-def _within_time(motion: Motion) -> Motion:
-    if motion.total_ps > LONGEST_RUN_PS:
-        raise ArgumentError("cycles", f"{motion.total_ps / PS_PER_S / 86400:.3g} days", "50 days at this frequency")
-    return motion
 
 
 def _steady(speed: float, counts: int) -> MotionSegments:

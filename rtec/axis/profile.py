@@ -192,15 +192,7 @@ def plan(program: Program, limits: Limits, shape: ProfileShape = ProfileShape.TR
     """Turn a program into motion, as fast as the limits allow.
 
     Every move starts and ends at rest (exact stop, as under G61): there is no blending from one block into the next.
-
-    Parameters
-    ----------
-    program
-        Moves, rapids and dwells.
-    limits
-        What the axis can do.
-    shape
-        Constant acceleration, or constant jerk (needs ``limits.max_jerk_mm_s3``).
+    Constant jerk needs ``limits.max_jerk_mm_s3``.
 
     Returns
     -------

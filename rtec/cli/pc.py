@@ -212,7 +212,7 @@ def _of_models(
     numbers: list[int], models: list[Path], home_mm: float, travel_mm: float, cautious: bool
 ) -> dict[int, Predictor]:
     """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
-    from rtec.inference.predictor_of_file import axis_of_file, predictor_of_file
+    from rtec.inference.static_predictor import axis_of_file, predictor_of_file
     from rtec.predictors import NoError
     from rtec.predictors.binding import axis_name
 

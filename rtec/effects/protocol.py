@@ -190,6 +190,11 @@ class Units:
         """Unit of speeds inside: position units a second."""
         return f"{self.position}/s"
 
+    def of(self, quantity: Quantity) -> str:
+        """Return the unit inside of a shape parameter; empty for what has none."""
+        kinds = {Quantity.POSITION: self.position, Quantity.SPEED: self.speed, Quantity.CLOCK: self.clock}
+        return kinds.get(quantity, "")
+
 
 _S = TypeVar("_S", bound=Shape)
 
@@ -353,24 +358,13 @@ class Effect(abc.ABC):
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return what people read of a fitted effect: (name, value, unit) of each number.
 
-        Parameters
-        ----------
-        shape, amplitudes
-            Of the fit, in units inside.
-        units
-            Units inside.
-
-        Returns
-        -------
-        tuple
-            The continuous shape parameters in units inside, then the amplitudes in the units in which they are shown.
-            A parameter that is 0 where it is not given (a lag, an overshoot) is left out where it is 0.
+        The continuous shape parameters in units inside, as they are given, then the amplitudes in the units in which
+        they are shown. A parameter that is 0 where it is not given (a lag, an overshoot) is left out where it is 0.
         """
-        unit_of = {Quantity.POSITION: units.position, Quantity.SPEED: units.speed, Quantity.CLOCK: units.clock}
         chosen = tuple(
-            (f.name, float(getattr(shape, f.name)), unit_of[f.metadata["quantity"]])
+            (f.name, float(getattr(shape, f.name)), unit)
             for f in fields(shape)
-            if f.metadata.get("quantity") in unit_of and (f.default != 0.0 or getattr(shape, f.name) != 0.0)
+            if (unit := units.of(f.metadata["quantity"])) and (f.default != 0.0 or getattr(shape, f.name) != 0.0)
         )
         linear = zip(self.amplitudes(shape, units), amplitudes, strict=True)
         return chosen + tuple((a.name, float(value) * a.factor, a.unit) for a, value in linear)

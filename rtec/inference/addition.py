@@ -33,10 +33,6 @@ def add(
 
     Parameters
     ----------
-    effect_name
-        Of the library.
-    dataset
-        The measurement.
     model
         What is known already, refitted; None: nothing.
     heldout

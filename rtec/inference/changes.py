@@ -179,11 +179,9 @@ def _holm(p: Sequence[float]) -> list[float]:
     [0.03, 0.06, 0.06]
     """
     order = np.argsort(p)
-    factors = len(p) - np.arange(len(p))
-    stepped = np.minimum(1.0, np.maximum.accumulate(np.asarray(p)[order] * factors)) if len(p) else np.zeros(0)
-    adjusted = np.empty(len(p))
-    adjusted[order] = stepped
-    return [float(value) for value in adjusted]
+    stepped = np.maximum.accumulate(np.asarray(p)[order] * np.arange(len(p), 0, -1))
+    adjusted: list[float] = np.minimum(1.0, stepped)[np.argsort(order)].tolist()
+    return adjusted
 
 
 def _alone(term: Term, having: Diagnosis | Comparison, lacking: Diagnosis | Comparison, outcome: Outcome) -> Change:

@@ -25,17 +25,7 @@ explains would stay noise (30 nats in a game)."""
 
 @dataclass(slots=True, eq=False)
 class ColourSearch:
-    """A search for the colour of the noise beside some parts.
-
-    Parameters
-    ----------
-    space
-        The data.
-    parts
-        Of the model.
-    begin
-        Scales from which it begins.
-    """
+    """A search for the colour of the noise beside some parts of a model, from the scales in ``begin``."""
 
     space: Space
     parts: Sequence[Part]

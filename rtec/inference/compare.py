@@ -103,8 +103,6 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
 
     Parameters
     ----------
-    dataset
-        The measurement.
     model
         None for a perfect axis: all that is observed is left.
     heldout

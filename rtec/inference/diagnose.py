@@ -41,8 +41,6 @@ def diagnose(
 
     Parameters
     ----------
-    dataset
-        The measurement.
     model
         What is known already; its effects are refitted with the ones found. None: nothing.
     heldout

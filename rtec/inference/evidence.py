@@ -17,12 +17,8 @@ SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 class Sums:
     """Sums of products over the whitened readings, the constant taken out.
 
-    Parameters
-    ----------
-    products
-        Of the columns and, last, the readings with each other, shape (columns + 1, columns + 1).
-    readings
-        Number of readings less the constant.
+    They are those of the columns and, last, the readings with each other, shape (columns + 1, columns + 1), beside
+    the number of readings less the constant.
     """
 
     products: Floats
@@ -34,8 +30,6 @@ def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) 
 
     Parameters
     ----------
-    sums
-        Of the model.
     block
         Number of the block that each column belongs to, shape (columns,).
     start

@@ -215,8 +215,6 @@ def fit_model(dataset: Dataset, model: Model, *, all_open: bool = False) -> Mode
 
     Parameters
     ----------
-    dataset
-        The measurement.
     model
         Terms without shape or amplitudes are fitted, jointly.
     all_open

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import SAME, Floats
-from rtec.inference.colour import gaps_of
+from rtec.inference.colour import Colour, gaps_of
 from rtec.inference.results import NoiseFloor
 
 _DISTINCT = 60
@@ -32,24 +32,23 @@ class Sequence:
     ----------
     at
         Place of each reading in the sequence, shape (readings,).
-    correlation, white_share
-        From reading to reading, of the part of the variance that is not white.
+    colour
+        Of their noise.
     """
 
     at: Floats
-    correlation: float
-    white_share: float
+    colour: Colour
 
     def take(self, rows: _Ints | NDArray[np.bool_]) -> Sequence:
         """Return some of the readings."""
-        return Sequence(at=self.at[rows], correlation=self.correlation, white_share=self.white_share)
+        return Sequence(at=self.at[rows], colour=self.colour)
 
 
 def sequence_of(dataset: Dataset, noise: NoiseFloor) -> Sequence:
     """Return the readings of a data set in sequence, their noise correlated as a fit has found it."""
     gap = gaps_of(dataset)
     at = np.cumsum(np.where(np.isinf(gap), _ANEW, gap))
-    return Sequence(at=at, correlation=noise.correlation, white_share=noise.white_share)
+    return Sequence(at=at, colour=Colour(noise.correlation, noise.white_share))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,11 +107,11 @@ def _correlations(sequence: Sequence, starts: _Ints) -> Floats:
     """Return the sum of the correlations of all pairs in each group, pairs with oneself included, shape (groups,)."""
     count = np.diff(np.append(starts, sequence.at.size))
     at = sequence.at[np.lexsort((sequence.at, np.repeat(np.arange(starts.size), count)))]
-    step = sequence.correlation ** np.abs(np.diff(at, prepend=at[0]))
+    step = sequence.colour.rho ** np.abs(np.diff(at, prepend=at[0]))
     step[starts] = 0.0
     # what each reading has in common with all before it in its group, from what the one before has
     earlier = np.array([*accumulate(step.tolist(), lambda before, one: one * (before + 1.0))])
-    sums: Floats = count + 2.0 * (1.0 - sequence.white_share) * np.add.reduceat(earlier, starts)
+    sums: Floats = count + 2.0 * (1.0 - sequence.colour.white) * np.add.reduceat(earlier, starts)
     return sums
 
 

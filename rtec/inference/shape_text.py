@@ -40,16 +40,6 @@ def is_continuous(item: Parameter) -> bool:
     return item.metadata["quantity"] in _CONTINUOUS and not _is_list(item)
 
 
-def is_wanted(item: Parameter) -> bool:
-    """Return whether a parameter has no sensible value of its own: it is given, or a scan finds it."""
-    return item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT) and not _may_be_nothing(item)
-
-
-def _may_be_nothing(item: Parameter) -> bool:
-    """Return whether a quantity is 0 where it is not given, as an overshoot is."""
-    return bool(item.default == 0.0)
-
-
 def written_fields(shape: Shape) -> tuple[Parameter, ...]:
     """Return the parameters of a shape that a file needs: without those that are 0 where they are not given.
 
@@ -67,17 +57,8 @@ def _is_list(item: Parameter) -> bool:
 
 
 def parameter_unit(item: Parameter, units: Units) -> str:
-    """Return the unit of a parameter; empty for what has none.
-
-    Examples
-    --------
-    >>> from rtec.effects import effect_named
-    >>> period, harmonics, *_ = fields(effect_named("cyclic").shape_type)
-    >>> parameter_unit(period, Units("mm", "mm", "s")), parameter_unit(harmonics, Units("mm", "mm", "s"))
-    ('mm', '')
-    """
-    kinds = {Quantity.POSITION: units.position, Quantity.SPEED: f"{units.position}/s", Quantity.CLOCK: units.clock}
-    return kinds.get(item.metadata["quantity"], "")
+    """Return the unit of a parameter; empty for what has none."""
+    return units.of(item.metadata["quantity"])
 
 
 def read_shape(
@@ -109,7 +90,9 @@ def read_shape(
     True
     """
     items = fields(effect.shape_type)
-    wanted = [item.name for item in items if is_wanted(item)]
+    # what has no sensible value of its own, not even 0, is given or found by a scan
+    of_data = [item for item in items if item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT)]
+    wanted = [item.name for item in of_data if item.default != 0.0]
     if wanted and not given:
         return None
     values = {item.name: _value(item, given[item.name], units, name) for item in items if item.name in given}
@@ -144,8 +127,8 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
     if _is_list(item):
         return _places(key, value, unit)
     number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
-    if not (_SMALLEST <= number <= 1.0 / _SMALLEST or (number == 0.0 and _may_be_nothing(item))):
-        nothing = "0, or " if _may_be_nothing(item) else ""
+    if not (_SMALLEST <= number <= 1.0 / _SMALLEST or number == item.default == 0.0):
+        nothing = "0, or " if item.default == 0.0 else ""
         raise ArgumentError(key, repr(value)[:60], f"{nothing}{_SMALLEST:g} to {1.0 / _SMALLEST:g} {unit}")
     return number
 

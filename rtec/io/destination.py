@@ -18,16 +18,7 @@ FIGURES = (".png", ".svg", ".pdf")
 def check_file(option: str, file: Path, *, force: bool, endings: Sequence[str] = ()) -> None:
     """Refuse a file that cannot be written, before the work begins that is to fill it.
 
-    Parameters
-    ----------
-    option
-        That names the file, for the error message.
-    file
-        Where it shall be.
-    force
-        Whether a file may be written over.
-    endings
-        Of its name; any where there are none.
+    With ``force`` it may be written over; its name may end in anything where no endings are asked for.
 
     Raises
     ------
@@ -61,14 +52,7 @@ def check_file(option: str, file: Path, *, force: bool, endings: Sequence[str] =
 
 
 def check_folder(option: str, folder: Path, *, force: bool) -> None:
-    """Refuse a folder that holds something or cannot be made, before the work begins that is to fill it.
-
-    Parameters
-    ----------
-    option, folder
-        As of `check_file`.
-    force
-        Whether it may hold something.
+    """Refuse a folder that holds something (but with ``force``) or cannot be made, before work begins that fills it.
 
     Raises
     ------
@@ -100,13 +84,7 @@ def _check_room(option: str, place: Path, folder: Path) -> None:
 def report_folder(folder: Path | None, name: str) -> Iterator[Path]:
     """Make the report's folder where it does not exist, and take it away again where writing fails.
 
-    Parameters
-    ----------
-    folder
-        The user's choice; None for the first of ``rtec-NAME-1``, ``-2``, ... that does not exist yet. Two runs at
-        once never share one.
-    name
-        Of the study.
+    None for the first of ``rtec-NAME-1``, ``-2``, ... that does not exist yet. Two runs at once never share one.
 
     Raises
     ------

@@ -30,14 +30,7 @@ def strict(value: object) -> Any:
 def json_text(document: object, *, indent: int | None = None, ascii_only: bool = True) -> str:
     r"""Return a document as one text of strict JSON, without a line end.
 
-    Parameters
-    ----------
-    document
-        Mappings, lists, tuples, texts and numbers; see `strict`.
-    indent
-        Spaces for each level; None for a single line.
-    ascii_only
-        Whether other characters are spelled out as ``\u00b5``.
+    ``indent`` is that of each level, None for a single line; other characters are spelled out as ``\u00b5``, or not.
 
     Examples
     --------

@@ -14,16 +14,7 @@ _UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
 
 def read_bytes(path: str | Path, what: str = "a text file", *, most_bytes: int = MAX_BYTES) -> bytes:
-    """Return what is in a regular file of no unreasonable size.
-
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        It should be, for error messages.
-    most_bytes
-        Largest size.
+    """Return what is in a regular file of no unreasonable size; ``what`` it should be is for error messages.
 
     Raises
     ------
@@ -62,14 +53,7 @@ def read_text(
 ) -> str:
     r"""Return the text of a file, with every line end turned into ``\n``.
 
-    Parameters
-    ----------
-    path
-        A regular file in UTF-8 (a byte-order mark is taken off).
-    what, most_bytes
-        As of `read_bytes`.
-    may_be_empty
-        Whether a file without a word is allowed.
+    It is in UTF-8 (a byte-order mark is taken off); a file without a word is allowed where it may be empty.
 
     Raises
     ------
@@ -97,13 +81,7 @@ def read_text(
 def read_any_text(path: str | Path, what: str = "a text file", *, most_bytes: int = MAX_BYTES) -> tuple[str, str]:
     r"""Return the text of a file in whatever encoding instruments write, and the name of the encoding.
 
-    Parameters
-    ----------
-    path
-        A regular file in UTF-8, in UTF-16 (with or without a byte-order mark), or else in Windows-1252, of which
-        Latin-1 is a part.
-    what, most_bytes
-        As of `read_bytes`.
+    UTF-8, UTF-16 (with or without a byte-order mark), or else Windows-1252, of which Latin-1 is a part.
 
     Returns
     -------

@@ -44,18 +44,7 @@ def parse_toml(text: str, path: str | Path) -> dict[str, Any]:
 class Section:
     """One table of a file, with the values of a default behind it, such as the built-in study's.
 
-    Parameters
-    ----------
-    path
-        The file, for error messages.
-    name
-        Name of the table; empty for the top of the file.
-    given
-        What the file holds.
-    default
-        What stands behind it; a key known in neither is an error.
-    optional
-        Keys that may stand in the file although the default leaves them out.
+    The name is empty for the top of the file. A key in neither the default nor ``optional`` is an error.
     """
 
     def __init__(
@@ -69,25 +58,20 @@ class Section:
                 hint = nearest(key, known)
                 allowed = f"one of {', '.join(known)}{'' if hint.startswith('known') else f'; {hint}'}"
                 raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)[:80]!r}", allowed)
-        self._path, self._name = path, name
+        self.path, self._name = path, name
         self._values = {**default, **given}
 
     @staticmethod
     def _dotted(name: str, key: str) -> str:
         return f"{name}.{key}" if name else key
 
-    @property
-    def path(self) -> str | Path:
-        """The file."""
-        return self._path
-
     def part(self, name: str, given: object, keys: tuple[str, ...]) -> Section:
         """Return a table of the same file that may hold these keys and no others."""
-        return Section(self._path, name, given, {}, optional=keys)
+        return Section(self.path, name, given, {}, optional=keys)
 
     def where(self, key: str) -> str:
         """Return how an error message names a key."""
-        return f"{self._path}: {self._dotted(self._name, key)}"
+        return f"{self.path}: {self._dotted(self._name, key)}"
 
     def refused(self, key: str, allowed: str, *, problem: str = "") -> ArgumentError:
         """Return the error of a value, as the file writes it; ``problem`` is what is wrong with it, as a verb."""
@@ -118,7 +102,7 @@ class Section:
     def raw(self, key: str) -> Any:
         """Return a value as it stands in the file."""
         if key not in self._values:
-            raise FileFormatError(self._path, None, f"{self._name} has no {key!r}", f"{key} = ...")
+            raise FileFormatError(self.path, None, f"{self._name} has no {key!r}", f"{key} = ...")
         return self._values[key]
 
     def text(self, key: str) -> str:

@@ -18,11 +18,6 @@ class WholeFile:
 
     A path that exists and is no regular file, such as a pipe, is written in place.
 
-    Parameters
-    ----------
-    path
-        Where the file shall be.
-
     Examples
     --------
     >>> import tempfile

@@ -18,14 +18,7 @@ def whole_folder(folder: Path, *, last: str = "") -> Iterator[Path]:
     r"""Let files be made in a hidden folder inside ``folder``, and move them to their places at the end.
 
     An error, a full disk or Ctrl-C leaves the folder as it was. What stands in the way under the same name is
-    replaced.
-
-    Parameters
-    ----------
-    folder
-        Where to; it exists.
-    last
-        Name of the file that shows the others, such as a page: it comes last.
+    replaced. The ``last`` file, such as a page, comes when the others it shows are there.
 
     Raises
     ------

@@ -221,12 +221,7 @@ class Measurement:
 
 
 def direction_of_motion(target: Floats, run: Floats | NDArray[np.int64]) -> Floats:
-    """Return the sign of the motion to each reading within its run.
-
-    Parameters
-    ----------
-    target, run
-        Shape (rows,), in the order of the readings.
+    """Return the sign of the motion to each reading within its run, in the order of the readings.
 
     Returns
     -------

@@ -145,10 +145,7 @@ class RotaryReadings:
 def joined(parts: Sequence[Readings]) -> Readings:
     """Return the readings of several programs, carried out one after the other, as those of one, runs numbered on.
 
-    Parameters
-    ----------
-    parts
-        At least one. Surroundings and status are kept where all of them have these.
+    Surroundings and status are kept where all of the parts have these.
 
     Examples
     --------

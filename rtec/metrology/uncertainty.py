@@ -112,12 +112,8 @@ class UncertaintyInputs:
     def read(cls, texts: Mapping[str, str], coordinate: Coordinate) -> UncertaintyInputs:
         """Read inputs that are written with their units, as options and ``# key: value`` lines are.
 
-        Parameters
-        ----------
-        texts
-            By the names of the fields; any other key is left alone.
-        coordinate
-            Kind of the axis, which decides on the units: ``um/m`` or ``arcsec`` of the device, for example.
+        Any key that names no field is left alone. The kind of the axis decides on the units: of the device, for
+        example, ``um/m`` or ``arcsec``.
 
         Raises
         ------

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rtec.errors import ArgumentError, nearest
-from rtec.inference.predictor_of_file import predictor_of_file
-from rtec.inference.static_predictor import LeftOut
+from rtec.inference.static_predictor import LeftOut, predictor_of_file
 from rtec.io import Section
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table

@@ -50,18 +50,9 @@ class Block:
 
 
 def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]:
-    """Return the tables among the lines, in their order.
+    """Return the tables among the lines, in their order, from the first line that may be a title.
 
-    Parameters
-    ----------
-    grid
-        The lines.
-    head
-        The first line that may be a title.
-    header
-        The headings of one table.
-    below
-        Whether to look for others below it, too.
+    One of them has its headings at ``header``; others are looked for ``below`` it, too.
     """
     known = _plain(grid.fields(header))
     found: list[Block] = []

@@ -52,14 +52,9 @@ def is_missing(cell: Cell, *, signs: bool = False) -> bool:
 
 
 def number_of(cell: Cell, mark: str) -> float | None:
-    """Return the number in a cell, or None where it holds none.
+    """Return the number in a cell, or None where it holds none; ``mark`` is the decimal mark, ``.`` or ``,``.
 
-    Parameters
-    ----------
-    cell
-        Spaces, apostrophes and the other mark may stand between groups of three digits, commas also as in India.
-    mark
-        The decimal mark, ``.`` or ``,``.
+    Spaces, apostrophes and the other mark may stand between groups of three digits, commas also as in India.
 
     Examples
     --------
@@ -129,14 +124,8 @@ def may_hold_units(lines: Sequence[str]) -> bool:
 def decimal_marks(cells: Iterable[Cell], *, commas_apart: bool = False) -> frozenset[str]:
     """Return the decimal marks that the numbers among cells allow: one, both where nobody can tell, none in a muddle.
 
-    A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand, and so may ``100.000``.
-
-    Parameters
-    ----------
-    cells
-        Of a whole table.
-    commas_apart
-        Whether commas stand between the columns, so that a lone point is a decimal point.
+    A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand, and so may ``100.000``;
+    but where ``commas_apart`` the columns, a lone point is a decimal point.
 
     Examples
     --------

@@ -100,12 +100,7 @@ def column_choices(
 def as_option(heading: str, meaning: str, otherwise: str = "HEADING") -> str:
     """Return the option that says what a column is, in quotes for the shell.
 
-    Parameters
-    ----------
-    heading, meaning
-        Of the column.
-    otherwise
-        What stands for a heading that cannot be typed in an instant: a long one, or one with quotes.
+    ``otherwise`` stands for a heading that cannot be typed in an instant: a long one, or one with quotes.
 
     Examples
     --------

@@ -69,12 +69,7 @@ class Meaning:
 
 
 def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:
-    """Return what a heading seems to say, or None where it is no word of ours.
-
-    Returns
-    -------
-    Meaning or None
-        A unit that does not belong to the quantity is none of its own.
+    """Return what a heading seems to say, or None; a unit that does not belong to the quantity is none of its own.
 
     Examples
     --------

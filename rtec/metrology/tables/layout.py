@@ -68,14 +68,7 @@ def tables_of_text(source: str | Path, text: str) -> list[Table]:
 
 
 def tables_of_grid(source: str, rows: list[list[Cell | None]]) -> list[Table]:
-    """Find the tables in the rows of a sheet, one after the other.
-
-    Parameters
-    ----------
-    source
-        The file and the sheet, for messages.
-    rows
-        Numbers, texts, and None for an empty cell; they may be of different lengths.
+    """Find the tables in the rows of a sheet, one after the other; None stands for an empty cell.
 
     Raises
     ------

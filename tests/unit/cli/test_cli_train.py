@@ -9,7 +9,7 @@ import pytest
 
 from rtec.cli import main
 from rtec.errors import ArgumentError
-from rtec.inference.predictor_of_file import predictor_of_file
+from rtec.inference.static_predictor import predictor_of_file
 from rtec.predictors import read_predictor
 from rtec.study.definition import read_study
 

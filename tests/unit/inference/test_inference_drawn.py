@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
+from rtec.dataset import many_rows as module
 from rtec.dataset.many_rows import drawn
 from rtec.effects import effect_named
 from rtec.effects.frequency_grid import frequencies
-from rtec.inference import drawn as module
 
 CYCLIC = effect_named("cyclic")
 

@@ -40,7 +40,7 @@ def test_errors_are_those_of_a_monte_carlo_whose_noise_is_correlated(colour, eac
     whitened = Whitening(gap, colour).of(np.linalg.cholesky(covariance).T)
     assert whitened.T @ whitened == pytest.approx(np.eye(x.size), abs=1e-6)  # the same noise as in a fit
     noise = np.linalg.cholesky(covariance) @ np.random.default_rng(3).normal(size=(x.size, 1500))
-    sequence = Sequence(at=at, correlation=colour.rho, white_share=colour.white)
+    sequence = Sequence(at=at, colour=colour)
     found = [neighbour_means(x, y, each_place=each_place, sequence=sequence) for y in noise.T]
     spread = np.std([one.mean for one in found], axis=0)
     expected = np.sqrt(np.mean([one.error**2 for one in found], axis=0))

@@ -3,7 +3,7 @@
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.inference.predictor_of_file import predictor_of_file
+from rtec.inference.static_predictor import predictor_of_file
 from rtec.study.definition import read_study
 
 SLOPE = 'observe = "deviation"\n{}[[effect]]\nname = "scale"\nscale = "100 ppm"\n'
