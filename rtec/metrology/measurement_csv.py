@@ -19,6 +19,7 @@ def write_measurement(path: str | Path, measurement: Measurement) -> None:
     Examples
     --------
     >>> import tempfile
+    >>> import numpy as np
     >>> from rtec.metrology import Column
     >>> file = Path(tempfile.mkdtemp()) / "x.csv"
     >>> write_measurement(file, Measurement(source="", facts={"axis": "z"}, unknown={}, columns={
