@@ -36,15 +36,7 @@ IN_DOUBT = " in doubt"
 
 @dataclass(slots=True, eq=False)
 class Gate:
-    """The gate that every effect of a model has to pass.
-
-    Parameters
-    ----------
-    neighbours
-        The models next to one: without an effect, or with another.
-    refused
-        Why an effect that the score asked for was not taken, by name.
-    """
+    """The gate that every effect of a model has to pass; ``refused`` says why one was not taken, by name."""
 
     neighbours: Neighbours
     refused: dict[str, str] = field(default_factory=dict)

@@ -26,15 +26,7 @@ _Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sequence:
-    """Readings in the order in which they were taken, and how their noise is correlated along it.
-
-    Parameters
-    ----------
-    at
-        Place of each reading in the sequence, shape (readings,).
-    colour
-        Of their noise.
-    """
+    """The place of each reading in the order in which they were taken, and the colour of their noise along it."""
 
     at: Floats
     colour: Colour

@@ -20,18 +20,9 @@ MOST_EFFECTS = 9
 
 @dataclass(slots=True, eq=False)
 class Neighbours:
-    """The models next to one.
+    """The models next to one; the effects ``given`` stay, those ``barred`` are not looked for.
 
-    Parameters
-    ----------
-    judge
-        Scores the models.
-    given
-        Effects of the model that the search begins with: they stay.
-    barred
-        Effects that are not looked for.
-    single
-        Whether waves are looked for one by one, and not as families of harmonics.
+    Waves are looked for one by one if ``single``, else as families of harmonics.
     """
 
     judge: Judge

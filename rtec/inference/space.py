@@ -104,15 +104,7 @@ class View:
 
 @dataclass(eq=False)
 class Space:
-    """One data set, looked at under colours of noise.
-
-    Parameters
-    ----------
-    dataset
-        The readings.
-    any_noise
-        Whether the noise of a log may have no white part.
-    """
+    """One data set, looked at under colours of noise; that of a log may lack a white part with ``any_noise``."""
 
     dataset: Dataset
     any_noise: bool = False
