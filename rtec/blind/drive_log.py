@@ -94,29 +94,23 @@ _Part = tuple[Floats, str, tuple[Parameter, ...]]
 
 def _inertia(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     if plan.rotary:
-        added = m.acceleration_mm_s2
-        return added, "what is turned", (Parameter("inertia", 1.0, "N*m/(deg/s^2)", scales=True),)
+        number = Parameter("inertia", 1.0, "N*m/(deg/s^2)", scales=True)
+        return m.acceleration_mm_s2, "what is turned", (number,)
     # a kilogram needs a newton for each m/s2
-    added = 1e-3 * m.acceleration_mm_s2
-    return added, "the mass that is moved", (Parameter("mass", 1.0, "kg", scales=True),)
+    return 1e-3 * m.acceleration_mm_s2, "the mass that is moved", (Parameter("mass", 1.0, "kg", scales=True),)
 
 
 def _viscous(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
-    if plan.rotary:
-        return m.velocity_mm_s.copy(), "oil that is sheared", (Parameter("viscous", 1.0, "N*m/(deg/s)", scales=True),)
-    added = 1e-3 * m.velocity_mm_s
-    return added, "oil that is sheared", (Parameter("viscous", 1.0, "N/(m/s)", scales=True),)
+    factor, unit = (1.0, "N*m/(deg/s)") if plan.rotary else (1e-3, "N/(m/s)")
+    return factor * m.velocity_mm_s, "oil that is sheared", (Parameter("viscous", 1.0, unit, scales=True),)
 
 
 def _coulomb(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:
     numbers = (Parameter("friction", 1.0, _force(plan), scales=True),)
     if plan.presliding_mm > RIGID_MM:
-        return (
-            m.bent.copy(),
-            "seals that bend and rub",
-            (*numbers, Parameter("over", plan.presliding_mm, _length(plan))),
-        )
-    return m.bent.copy(), "guides and seals that rub", numbers
+        over = Parameter("over", plan.presliding_mm, _length(plan))
+        return m.bent, "seals that bend and rub", (*numbers, over)
+    return m.bent, "guides and seals that rub", numbers
 
 
 def _stribeck(m: _Motion, plan: Plan, rng: np.random.Generator) -> _Part:

@@ -243,21 +243,17 @@ class _Lags(NamedTuple):
     def hidden(self, scenario: Scenario, speed: Floats, gain: Floats) -> dict[str, Hidden]:
         """Return what they are to the readings of a log, by name."""
         sigma_mm = scenario.plan.sigma_um * 1e-3
+        stays = "the drive stays behind in proportion to"
+        delay, lag = Parameter("delay", self.delay_s * 1e3, "ms"), Parameter("lag", self.square_s2 * 1e6, "ms^2")
         both = {
-            "servo_lag": (
-                "the drive stays behind in proportion to velocity: not all of it is fed forward",
-                (Parameter("delay", self.delay_s * 1e3, "ms"),),
-                1.0,
-                rms(self.delay_s * speed),
-            ),
-            "acceleration_lag": (
-                "the drive stays behind in proportion to acceleration: its velocity loop lags",
-                (Parameter("lag", self.square_s2 * 1e6, "ms^2"),),
-                1.0,
-                rms(self.square_s2 * gain),
-            ),
+            "servo_lag": (f"{stays} velocity: not all of it is fed forward", delay, self.delay_s * speed),
+            "acceleration_lag": (f"{stays} acceleration: its velocity loop lags", lag, self.square_s2 * gain),
         }
-        return {name: hidden_of(name, *what, sigma_mm) for name, what in both.items() if name in scenario.names}
+        return {
+            name: hidden_of(name, words, (number,), 1.0, rms(added), sigma_mm)
+            for name, (words, number, added) in both.items()
+            if name in scenario.names
+        }
 
 
 def _lags(scenario: Scenario, speed: Floats, gain: Floats) -> _Lags:

@@ -141,14 +141,11 @@ _ALL = (
     ),
     _DRIVE,
     replace(_DRIVE, name="soft_drive", presliding_mm=0.5),
-    Plan(
+    replace(
+        _DRIVE,
         name="joint",
-        reading=Reading.DRIVE,
         rotary=True,
-        runs=2,
-        targets=60,
         span_mm=150.0,
-        feeds_mm_s=(2.0, 10.0, 30.0, 80.0),
         columns=("time", "velocity", "torque"),
         wave_shares=(0.05, 0.12),
     ),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rtec.report.appearance import Scale, look_of
+from rtec.report.diagnosis.readings import outline
 from rtec.report.figures_style import guide, legend_above, new_figure
 from rtec.report.palette import GROWTH, GUIDE, STATE_LINES
 from rtec.study.results import HoldCurve, StudyResult
@@ -14,9 +13,6 @@ from rtec.study.results import HoldCurve, StudyResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_POINTS = 2000
-"""Beyond so many points a curve is thinned by keeping the lowest and the highest of each stretch."""
 
 
 def hold_figure(result: StudyResult, scale: Scale) -> Figure | None:
@@ -40,23 +36,8 @@ def hold_figure(result: StudyResult, scale: Scale) -> Figure | None:
 
 def _curve(axes: Axes, curve: HoldCurve, scale: Scale, index: int, *, several: bool) -> None:
     look = look_of(curve.name)
-    time, deviation = _thinned(curve)
+    time, deviation = outline(curve.time_s, curve.deviation_mm)
     axes.plot(time, deviation * scale.per_mm, color=look.colour, linewidth=1.3 + 1.4 * (index == 0),
               linestyle=STATE_LINES[curve.state % 4] if several else "-",
               label=f"{look.label}, state {curve.state + 1}: {curve.inserted} inserted, "
                     f"{curve.pending_steps} pending")  # fmt: skip
-
-
-def _thinned(curve: HoldCurve) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve with at most about twice ``_POINTS`` points, its extremes kept."""
-    size = curve.time_s.size
-    if size <= 2 * _POINTS:
-        return curve.time_s, curve.deviation_mm
-    starts = np.arange(0, size, -(-size // _POINTS))
-    stops = np.append(starts[1:], size)
-    keep = [
-        index
-        for start, stop in zip(starts, stops, strict=True)
-        for index in sorted({start + int(pick(curve.deviation_mm[start:stop])) for pick in (np.argmin, np.argmax)})
-    ]
-    return curve.time_s[keep], curve.deviation_mm[keep]

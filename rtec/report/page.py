@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
+from rtec.report.iso230.figure_table import ISO_FIGURES, READING_FIGURES
 from rtec.report.search import search_of
 from rtec.report.tables import (
     COUNT_COLUMNS,
@@ -21,26 +22,7 @@ from rtec.study.results import StudyResult, StudyRow
 DEFINITIONS = (
     ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),
     ("mean, s", "Mean and standard deviation (with n − 1) of the readings at one target from one direction."),
-    ("A", "Accuracy: the largest mean + 2s less the smallest mean − 2s, over all targets and both directions."),
-    (
-        "R",
-        "Repeatability: the largest, over the targets, of 2s forward + 2s reverse + |reversal error there|, and of "
-        "4s of either direction.",
-    ),
-    ("E, maximum average error", "Largest less smallest mean, both directions: ISO 230-2 and the thesis agree."),
-    ("M", "Largest less smallest average of both directions' means."),
-    ("B, maximum reversal error", "Largest difference between the means of both directions at one target."),
-    (
-        "maximum repeat",
-        "The thesis names it and does not define it. Here: largest less smallest of all readings at one target, both "
-        "directions, where that is largest.",
-    ),
-    (
-        "cyclic p-p",
-        "Peak to peak of what repeats with each turn of the screw, forward: a fit of a slow trend with the period "
-        "and its multiples to the means.",
-    ),
-    ("RMS, p-p", "Root mean square about zero, and largest less smallest, of all readings."),
+    *((figure.symbol or figure.words, figure.definition) for figure in (*ISO_FIGURES[:5], *READING_FIGURES)),
     (
         "inserted, pending",
         "Insertions made, of either sign; steps that the prediction asks for and that are not inserted at the end.",

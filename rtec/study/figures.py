@@ -62,9 +62,7 @@ def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray
     end = start + 2.0 * lead + study.span_mm
     motion = straight_pass([end, 0.0], feed, study.limits, dwell_s=2.0)
     ticks = end_ps(motion) // machine.servo.period_ps
-    trace = run_machine(machine, motion, trace_every=max(ticks // TRACE_ROWS, 1)).trace
-    if trace is None:
-        return np.empty(0), np.empty(0)
+    trace = np.asarray(run_machine(machine, motion, trace_every=max(ticks // TRACE_ROWS, 1)).trace)
     inside = (trace[:, _COMMAND] > start + lead) & (trace[:, _COMMAND] < start + lead + study.span_mm)
     moving = np.gradient(trace[:, _COMMAND]) if trace.shape[0] > 1 else np.zeros(trace.shape[0])
     error = trace[:, _TRUE] - trace[:, _CONTROLLER]
@@ -93,7 +91,7 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
     grown = growth(warm.name, study.growth.final_mm / _WARM_UP_K, from_degc=warm.start_degc)
     growing = replace(machine, growth=study.growth, axis_error=NoError(), model=grown, thermometers=(warm,))
     result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
-    trace = np.empty((0, len(TRACE_COLUMNS))) if result.trace is None else result.trace
+    trace = np.asarray(result.trace)
     standing = trace[trace[:, _TIME] > HOME_DWELL_S + SETTLE_S]
     return HoldCurve(
         name=name,

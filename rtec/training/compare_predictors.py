@@ -76,7 +76,8 @@ def compare_predictors(
     axes = len(parts.train.others_mm)
     pitch_mm = dataset.conditions.screw_pitch
     chosen = tuple(all_methods(several_axes=axes > 0) if methods is None else methods)
-    run = _Run(dataset, parts, pitch_mm, replace(effort or Effort(), seed=seed), budget_s, chosen, progress)
+    task = Task(dataset=dataset, parts=parts, pitch_mm=pitch_mm, effort=replace(effort or Effort(), seed=seed))
+    run = _Run(task, budget_s, chosen, progress)
     rows = run.rows()
     warning = turn_warning(parts, pitch_mm)
     return PredictorComparison(
@@ -111,18 +112,8 @@ def repeatability_mm(samples: Samples) -> float | None:
 class _Run:
     """The methods at work: what each may take, what all are told."""
 
-    def __init__(
-        self,
-        dataset: Dataset,
-        parts: Parts,
-        pitch_mm: float | None,
-        effort: Effort,
-        budget_s: float | None,
-        methods: tuple[Method, ...],
-        progress: Progress,
-    ) -> None:
-        self._dataset, self._parts, self._pitch_mm, self._effort = dataset, parts, pitch_mm, effort
-        self._budget_s, self._methods, self._progress = budget_s, methods, progress
+    def __init__(self, task: Task, budget_s: float | None, methods: tuple[Method, ...], progress: Progress) -> None:
+        self._task, self._budget_s, self._methods, self._progress = task, budget_s, methods, progress
         self._networks = sum(method.kind is Kind.NETWORK for method in methods)
         self._ended, self._handed_out = threading.Event(), threading.Event()
         self._lock = threading.Lock()
@@ -176,24 +167,16 @@ class _Run:
 
         self._tell(method.name)
         row = Row(name=method.name, kind=method.kind)
-        task = Task(
-            dataset=self._dataset,
-            parts=self._parts,
-            pitch_mm=self._pitch_mm,
-            effort=self._effort,
-            limit=limit,
-            tell=tell,
-        )
         try:
             if self._ended.is_set():
                 return replace(row, reason="ended before its turn")
-            fitted = method.fit(task)
+            fitted = method.fit(replace(self._task, limit=limit, tell=tell))
         except ArgumentError as error:
             return replace(row, reason=str(error))
         finally:
             with self._lock:
                 self._done += 1
-        return judged(row, fitted, self._parts, time.perf_counter() - begun)
+        return judged(row, fitted, self._task.parts, time.perf_counter() - begun)
 
     def _until(self, method: Method) -> float:
         """Return when a method has to come to its end: networks share what is left of the budget."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,8 +47,8 @@ class Task:
     parts: Parts
     pitch_mm: float | None
     effort: Effort
-    limit: Limit
-    tell: Callable[[float], None]
+    limit: Limit = field(default_factory=Limit)
+    tell: Callable[[float], None] = lambda loss_mm: None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -12,8 +12,7 @@ from rtec.metrology.readings import Floats
 from rtec.report.figures_positioning import share_scales
 from rtec.report.figures_style import legend_above
 from rtec.report.iso230.figure_table import DIRECTIONS, number_text
-from rtec.report.iso230.sheet import SheetOfTest
-from rtec.report.iso230.units import SheetUnits
+from rtec.report.iso230.sheet import SheetOfTest, SheetUnits
 from rtec.report.palette import CENTRE_LINE, FORWARD, GUIDE, INK, LEADER, PAPER, REVERSE, REVERSE_LINE
 
 if TYPE_CHECKING:

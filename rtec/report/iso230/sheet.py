@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rtec.metrology import JudgedTest
+from rtec.metrology import UNITS, JudgedTest
 from rtec.report.appearance import joined, printable
 from rtec.report.iso230.figure_table import (
     ISO_FIGURES,
@@ -16,7 +16,7 @@ from rtec.report.iso230.figure_table import (
     figure_table,
     number_text,
 )
-from rtec.report.iso230.units import SheetUnits, units_of
+from rtec.units import symbol
 
 _TARGET_COLUMNS = (
     ("mean_forward", "mean ↑"),
@@ -31,6 +31,47 @@ _TARGET_COLUMNS = (
     ("n_forward", "n ↑"),
     ("n_backward", "n ↓"),
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SheetUnits:
+    """Units of a sheet.
+
+    Parameters
+    ----------
+    name, symbol
+        Of deviations, as in files and for people.
+    factor
+        From the unit inside to it.
+    position_symbol, position_factor
+        The same for targets.
+    """
+
+    name: str
+    symbol: str
+    factor: float
+    position_symbol: str
+    position_factor: float
+
+
+def units_of(test: JudgedTest, unit: str | None) -> SheetUnits:
+    """Return the units of a test's sheet.
+
+    Raises
+    ------
+    ArgumentError
+        A unit that the axis does not have.
+    """
+    name, factor = test.figures.unit_of(unit)
+    coordinate = test.figures.coordinate
+    position = "inch" if name == "inch" else coordinate.value
+    return SheetUnits(
+        name=name,
+        symbol=symbol(name),
+        factor=factor,
+        position_symbol=symbol(position),
+        position_factor=UNITS[coordinate][position],
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
