@@ -189,12 +189,7 @@ _PARTS: Mapping[str, Callable[[_Motion, Plan, np.random.Generator], _Part]] = Ma
 def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
     """Read the force of the drive while the axis moves, with what a scenario hides.
 
-    Parameters
-    ----------
-    scenario, seed
-        What is hidden in the axis; how strong, the plan of the scenario decides.
-    plan, number
-        What is measured, and the number of the measurement: that of the scenario, and 0, where it is the first.
+    Scenario, seed, plan and number are as in `rtec.blind.at_rest.measure_at_rest`.
 
     Notes
     -----

@@ -56,12 +56,7 @@ def _log(plan: Plan, rng: np.random.Generator) -> _Log:
 def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
     """Read the moving axis with what a scenario hides.
 
-    Parameters
-    ----------
-    scenario, seed
-        What is hidden in the axis; how strong, the plan of the scenario decides.
-    plan, number
-        What is measured, and the number of the measurement: that of the scenario, and 0, where it is the first.
+    Scenario, seed, plan and number are as in `rtec.blind.at_rest.measure_at_rest`.
 
     Notes
     -----

@@ -251,13 +251,6 @@ def passes_of(direction: NDArray[Any], run: Ints) -> Ints:
 def draw_course(plan: Plan, rng: np.random.Generator) -> Course:
     """Draw targets and dwells of a plan at rest.
 
-    Parameters
-    ----------
-    plan
-        What is measured.
-    rng
-        Where the draws come from.
-
     Notes
     -----
     Targets are even but for offsets of up to half the screw's pitch to either side (ISO 230-2, 4.3.1 asks for

@@ -14,12 +14,7 @@ def static_errors(
 ) -> dict[str, tuple[StaticError, float]]:
     """Return the static errors of a scenario with the factor of each, by name.
 
-    Parameters
-    ----------
-    scenario, seed
-        What is hidden.
-    position_mm, direction
-        Of each reading of the first measurement, shape (n,).
+    Positions and directions are those of the readings of the first measurement, shape (n,).
 
     Examples
     --------

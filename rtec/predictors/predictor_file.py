@@ -138,12 +138,17 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     )
 
 
-def _axis_tables(top: Section) -> Iterator[AxisTable]:
-    entries = top.raw("table")
+def _entries(top: Section, name: str, keys: tuple[str, ...]) -> Iterator[Section]:
+    """Yield the tables ``[[name]]`` of a file."""
+    entries = top.raw(name)
     if not isinstance(entries, list):
-        raise ArgumentError(top.where("table"), repr(entries)[:60], "tables [[table]]")
+        raise ArgumentError(top.where(name), repr(entries)[:60], f"tables [[{name}]]")
     for number, entry in enumerate(entries, 1):
-        part = top.part(f"table[{number}]", entry, _TABLE)
+        yield top.part(f"{name}[{number}]", entry, keys)
+
+
+def _axis_tables(top: Section) -> Iterator[AxisTable]:
+    for part in _entries(top, "table", _TABLE):
         arm = part.text("arm") if part.has("arm") else None
         values = "errors_mm" if arm is None else "angles_rad"
         way = part.text("direction") if part.has("direction") else ""
@@ -162,12 +167,8 @@ def _axis_tables(top: Section) -> Iterator[AxisTable]:
 
 
 def _networks(top: Section, low_mm: float, high_mm: float) -> TrainedNetworks:
-    entries = top.raw("network")
-    if not isinstance(entries, list):
-        raise ArgumentError(top.where("network"), repr(entries)[:60], "tables [[network]]")
     found = []
-    for number, entry in enumerate(entries, 1):
-        part = top.part(f"network[{number}]", entry, _NETWORK)
+    for part in _entries(top, "network", _NETWORK):
         with part.naming(**{name: name for name in _NETWORK}):
             found.append(
                 LayeredNetwork(

@@ -13,11 +13,6 @@ from rtec.study.results import Round, StudyResult, StudyRow
 def study_document(result: StudyResult) -> dict[str, Any]:
     """Return a study as plain data under the names that scripts rely on: what ``rtec run --json`` prints.
 
-    Parameters
-    ----------
-    result
-        The study.
-
     Returns
     -------
     dict

@@ -20,15 +20,7 @@ _FAR = 20
 
 
 def case_figure(run: Run, name: str) -> Figure:
-    """Draw the part of a run that matters.
-
-    Parameters
-    ----------
-    run
-        Made by `rtec.conformance.trials.Trials`.
-    name
-        Of the algorithm.
-    """
+    """Draw the part of a run that matters."""
     stimulus, violation = run.case.stream.stimulus(), run.judgement.violation
     marks = [] if violation is None else [(violation.time_ps, violation.fault.value)]
     return waveform(

@@ -26,15 +26,7 @@ ALGORITHMS = {
 
 
 def draw_courses(panels: list[Axes], designs: dict[str, list[Row]]) -> None:
-    """Draw how the networks of each design learned, a design in each panel.
-
-    Parameters
-    ----------
-    panels
-        To draw in, of one vertical axis, as many as designs.
-    designs
-        Rows by the name of their design.
-    """
+    """Draw how the networks of each design learned, a design in each panel."""
     errors: list[float] = []
     for axes, (design, rows) in zip(panels, designs.items(), strict=True):
         last = 1
@@ -58,15 +50,7 @@ def draw_courses(panels: list[Axes], designs: dict[str, list[Row]]) -> None:
 
 
 def draw_spacings(axes: Axes, result: PredictorComparison) -> None:
-    """Draw the error of each spacing of a table that was tried, and mark what was chosen.
-
-    Parameters
-    ----------
-    axes
-        To draw in.
-    result
-        The comparison.
-    """
+    """Draw the error of each spacing of a table that was tried, and mark what was chosen."""
     tables = [row for row in result.rows if row.tried]
     spacings, errors = [], []
     for row in tables:

@@ -59,11 +59,6 @@ def name_bands(axes: Axes) -> None:
 def margin_figure(verdict: Verdict) -> Figure:
     """Return a figure of how far an algorithm goes; it has speeds.
 
-    Parameters
-    ----------
-    verdict
-        Of the suite.
-
     Raises
     ------
     ArgumentError

@@ -41,17 +41,7 @@ _TURNS, _TARGETS = 2.0, 16
 
 
 def draw_along(axes: Axes, result: PredictorComparison, best: Row) -> None:
-    """Draw the readings along the axis and what the best predictor says, in each direction.
-
-    Parameters
-    ----------
-    axes
-        To draw in.
-    result
-        The comparison.
-    best
-        Row of a predictor.
-    """
+    """Draw the readings along the axis and what the best predictor says, in each direction."""
     readings = result.parts.train
     for way, colour, words in _WAYS:
         x, y = _thinned(readings, way)
@@ -68,14 +58,7 @@ def draw_along(axes: Axes, result: PredictorComparison, best: Row) -> None:
 def draw_between(axes: Axes, result: PredictorComparison, rows: list[Row]) -> None:
     """Draw readings in the middle of the travel, and what the best predictor of each kind says between them.
 
-    Parameters
-    ----------
-    axes
-        To draw in.
-    result
-        The comparison.
-    rows
-        With figures, the best first.
+    The rows have figures, the best first.
     """
     low, high = _middle(result)
     places = np.linspace(low, high, _FINE)
@@ -105,16 +88,7 @@ def draw_between(axes: Axes, result: PredictorComparison, rows: list[Row]) -> No
 def draw_left(axes: Axes, heldout: Samples, best: Row, pitch_mm: float | None) -> None:
     """Draw what a predictor leaves of the readings that judge: along the axis, or within a turn of the screw.
 
-    Parameters
-    ----------
-    axes
-        To draw in.
-    heldout
-        The readings that judge.
-    best
-        Row of a predictor.
-    pitch_mm
-        Travel of a turn, over which readings are folded; None: along the axis.
+    Without the travel of a turn it is along the axis.
     """
     left = 1e3 * best.left_mm(heldout)
     x = heldout.position_mm

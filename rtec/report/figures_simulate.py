@@ -18,17 +18,7 @@ _LEVELS = {1: "00", 2: "10", 3: "11", 4: "01"}
 
 
 def insertion_figure(seen: SeenInsertion, name: str, step_counts: int) -> Figure:
-    """Draw an insertion.
-
-    Parameters
-    ----------
-    seen
-        What a `rtec.machine.stretch.Stretch` has found.
-    name
-        Of the run, for the title.
-    step_counts
-        Of the design.
-    """
+    """Draw an insertion."""
     added = f"{seen.steps * step_counts:+d}".replace("-", "−")
     return waveform(
         seen.encoder,

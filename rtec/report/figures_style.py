@@ -169,15 +169,6 @@ def magnitudes(axes: Axes, which: Literal["x", "y"], values: Iterable[float]) ->
 
     Where they hardly differ, or some are zero, it stays linear.
 
-    Parameters
-    ----------
-    axes
-        To change.
-    which
-        Its horizontal or its vertical axis.
-    values
-        All that is to be seen.
-
     Examples
     --------
     >>> axes = new_figure(1.0).add_subplot()

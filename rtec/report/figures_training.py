@@ -33,11 +33,6 @@ def training_figure(result: PredictorComparison) -> Figure:
     says along the axis and between the targets, and what the best predictor leaves. Below, how networks learned and
     which spacings of tables were tried.
 
-    Parameters
-    ----------
-    result
-        With one row at least that has a figure.
-
     Raises
     ------
     ArgumentError

@@ -100,15 +100,7 @@ def _failure(row: StudyRow) -> str:
 
 
 def page_values(result: StudyResult, scale: Scale) -> dict[str, Any]:
-    """Return what the template of the page names; name, title, facts and warnings are text of a user.
-
-    Parameters
-    ----------
-    result
-        The study.
-    scale
-        The study's unit.
-    """
+    """Return what the template of the page names; name, title, facts and warnings are text of a user."""
     return {
         "title": printable(result.title),
         "study": printable(result.study),

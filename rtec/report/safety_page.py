@@ -108,11 +108,6 @@ def safety_page(case: SafetyCase, *, command: str, picture: str, table: str) -> 
 def grouped(worst: dict[str, dict[str, str]]) -> list[tuple[str, str, str]]:
     """Return faults that end alike in a row: their names, the outcome in most phases, and phases with another.
 
-    Parameters
-    ----------
-    worst
-        The outcome by fault and phase.
-
     Examples
     --------
     >>> grouped({"a": {"rest": "tolerated"}, "b": {"rest": "tolerated"}})

@@ -24,13 +24,7 @@ _ROUNDS = (
 
 
 def search_figures(learned: Learned) -> list[Illustration]:
-    """Draw the figures of the search that made the predictor.
-
-    Parameters
-    ----------
-    learned
-        What the calibration showed.
-    """
+    """Draw the figures of the search that made the predictor."""
     found = diagnosis_figures(learned.diagnosis)
     shown = shown_of(learned.diagnosis.dataset.units)
     found[1:1] = drawn(

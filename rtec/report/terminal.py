@@ -25,11 +25,6 @@ def terminal_table(result: StudyResult) -> Table:
     It fits 80 columns in any unit. E and B of ISO 230-2 are the thesis's maximum average and reversal error and
     share their lines.
 
-    Parameters
-    ----------
-    result
-        The study.
-
     Raises
     ------
     ArgumentError
@@ -62,11 +57,6 @@ def staircase_table(learned: Learned) -> Table:
     """Return the steps of the search that made the predictor: what each effect leaves of the calibration.
 
     It fits 80 columns. The sentence of the verdict is not part of it.
-
-    Parameters
-    ----------
-    learned
-        What the calibration showed.
     """
     d = learned.diagnosis
     shown = shown_of(d.dataset.units)

@@ -15,17 +15,7 @@ _MOST_EVENTS = 40
 
 
 def show(verdict: Verdict, worst: str | None, note: str) -> None:
-    """Print checks, data sheet, worst case and verdict.
-
-    Parameters
-    ----------
-    verdict
-        Of the suite.
-    worst
-        The command that plays the worst case again.
-    note
-        On how the algorithm runs, or "".
-    """
+    """Print checks, data sheet, worst case and verdict."""
     console = Console(highlight=False)
     table = Table(title=verdict.algorithm, show_header=False, title_justify="left")
     table.add_column(no_wrap=True)

@@ -21,13 +21,7 @@ _TIMES = 10.0
 
 
 def training_document(result: PredictorComparison) -> dict[str, object]:
-    """Return a comparison as it stands in JSON.
-
-    Parameters
-    ----------
-    result
-        The comparison.
-    """
+    """Return a comparison as it stands in JSON."""
     return {
         "source": result.source,
         "heldout_by": result.parts.heldout_by,
@@ -127,13 +121,7 @@ def _three(value_mm: float | None) -> str:
 
 
 def training_sentence(result: PredictorComparison) -> str:
-    """Return what the comparison says, in sentences.
-
-    Parameters
-    ----------
-    result
-        The comparison.
-    """
+    """Return what the comparison says, in sentences."""
     lines = []
     best = result.best
     if best is None:

@@ -124,17 +124,6 @@ def draw_groups(
 ) -> dict[str, tuple[float, float]]:
     """Draw groups of rows below each other, lines as levels and all else as numbers, with the names at the left.
 
-    Parameters
-    ----------
-    axes
-        To draw in.
-    view
-        The stretch of time.
-    groups
-        Rows by name, by the name of their group.
-    colours
-        Of the lines of a group that have one of their own.
-
     Returns
     -------
     dict

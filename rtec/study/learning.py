@@ -51,14 +51,7 @@ class LearnedModel:
 def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1) -> tuple[Readings, float]:
     """Measure the axis as it is: the calibration's program in closed loop; return readings and machine time in s.
 
-    Parameters
-    ----------
-    study, machine
-        What is measured.
-    tell
-        Called with the share done.
-    number
-        Of the programs that have been carried out on this axis; each has noise of its own.
+    Each program, by its number, has noise of its own.
 
     Raises
     ------
@@ -93,14 +86,7 @@ def learn(study: Study, machine: Machine, reporter: Reporter) -> LearnedModel:
     The search begins with a perfect axis. As often as the study allows, the axis is measured again at targets that
     show what the first ones hide, as the search asks for, and the search goes on with all readings.
 
-    Parameters
-    ----------
-    study
-        Its true error is used for the scores only.
-    machine
-        The axis without a correction.
-    reporter
-        Names the parts as they begin.
+    The true error of the study is used for the scores only.
 
     Raises
     ------

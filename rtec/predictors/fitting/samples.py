@@ -154,13 +154,6 @@ def _steps_of(values: Floats) -> Ints:
 def points_a_turn(samples: Samples, pitch_mm: float) -> float:
     """Return how many places lie in a turn of the screw, from the median distance between neighbours.
 
-    Parameters
-    ----------
-    samples
-        Readings at two places or more.
-    pitch_mm
-        Travel of a turn, in mm.
-
     Examples
     --------
     >>> points_a_turn(Samples(position_mm=[0, 1, 2, 3], direction=[1, 1, 1, 1], error_mm=[0, 0, 0, 0]), 5.0)

@@ -129,12 +129,7 @@ def _parts(samples: Samples, seed: int) -> npt.NDArray[np.int64]:
 def table_of(samples: Samples, like: SpacedTable) -> Table:
     """Return a table of the same kind and spacing, fitted to other readings of the same travel.
 
-    Parameters
-    ----------
-    samples
-        All that may be used: those that chose the spacing, and more.
-    like
-        What was chosen.
+    They are all that may be used: those that chose the spacing, and more.
     """
     low, high = samples.span_mm
     count = max(1, round((high - low) / like.spacing_mm))

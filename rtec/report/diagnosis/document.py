@@ -18,11 +18,6 @@ if TYPE_CHECKING:
 def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as plain data: what ``rtec diagnose --json`` prints.
 
-    Parameters
-    ----------
-    diagnosis
-        The search.
-
     Returns
     -------
     dict
@@ -58,11 +53,6 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def comparison_document(comparison: Comparison) -> dict[str, Any]:
     """Return a comparison as plain data: what ``rtec compare --json`` prints.
-
-    Parameters
-    ----------
-    comparison
-        A model against a measurement.
 
     Returns
     -------

@@ -78,12 +78,7 @@ class Panel:
 def effect_panels(dataset: Dataset, model: Model) -> list[Panel]:
     """Return how the effects of a model are looked at, those that contribute most, in the order of the model.
 
-    Parameters
-    ----------
-    dataset
-        The measurement.
-    model
-        Terms that are not fitted are left out.
+    Terms that are not fitted are left out.
 
     Returns
     -------

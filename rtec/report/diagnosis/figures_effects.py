@@ -52,15 +52,6 @@ _MOST_LETTERS = {1: 130, 2: 60}
 def components_figure(dataset: Dataset, model: Model, noise: NoiseFloor) -> Figure | None:
     """Return for each effect the readings less all other effects with the model's curve, and what is left below.
 
-    Parameters
-    ----------
-    dataset
-        The measurement.
-    model
-        Fitted.
-    noise
-        Of a reading.
-
     Returns
     -------
     Figure

@@ -31,10 +31,7 @@ SEVERAL_CAPTION = (
 def several_figure(results: Results) -> Figure:
     """Return the mean readings of each measurement along the axis, and the RMS measured, left and of the noise.
 
-    Parameters
-    ----------
-    results
-        Diagnoses or comparisons by the name of their file; more than eight share colours.
+    More than eight share colours.
 
     Returns
     -------

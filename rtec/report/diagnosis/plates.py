@@ -21,11 +21,6 @@ from rtec.report.illustrations import Illustration, Plate, drawn
 def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     """Draw the figures for which the search has results.
 
-    Parameters
-    ----------
-    diagnosis
-        The search.
-
     Returns
     -------
     list
@@ -78,17 +73,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
 
 
 def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> list[Illustration]:
-    """Draw measured against model, each effect in the readings, the residual against each column, and its spectra.
-
-    Parameters
-    ----------
-    dataset
-        The measurement.
-    model
-        Fitted.
-    noise
-        Of a reading.
-    """
+    """Draw measured against model, each effect in the readings, the residual against each column, and its spectra."""
     return drawn(_plates(dataset, None, model, noise, None))
 
 

@@ -78,13 +78,7 @@ def shown_of(units: Units) -> Shown:
 
 
 def shown_for(dataset: Dataset) -> Shown:
-    """Return how the observed quantity is shown to people: all tables and figures in one unit, that of its spread.
-
-    Parameters
-    ----------
-    dataset
-        The measurement.
-    """
+    """Return how the observed quantity is shown to people: all tables and figures in one unit, that of its spread."""
     return shown_in(dataset.units, float(np.std(dataset.observed)))
 
 

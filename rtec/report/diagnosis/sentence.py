@@ -25,11 +25,6 @@ _WORTH_NAMING = 0.1
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Return what came out of a search in one sentence, with numbers and units.
 
-    Parameters
-    ----------
-    diagnosis
-        The search.
-
     Returns
     -------
     str
@@ -103,13 +98,7 @@ def floor_words(noise: NoiseFloor, shown: Shown) -> str:
 
 
 def comparison_sentence(comparison: Comparison) -> str:
-    """Return what a model leaves of a measurement in one sentence, and with what most of that goes.
-
-    Parameters
-    ----------
-    comparison
-        A model against a measurement.
-    """
+    """Return what a model leaves of a measurement in one sentence, and with what most of that goes."""
     shown = shown_for(comparison.dataset)
     quantity = printable(comparison.dataset.observe).replace("_", " ")
     names = [noun(name) for name in comparison.model.names]

@@ -28,11 +28,6 @@ def diagnosis_table(diagnosis: Diagnosis) -> Group:
     """Return what a search found, the way to it, the candidates that were not taken, and what could not be tested.
 
     It fits 80 columns. The sentence of the verdict is not part of it.
-
-    Parameters
-    ----------
-    diagnosis
-        The search.
     """
     said = search_text(diagnosis, shown_for(diagnosis.dataset))
     parts: list[Table | Text] = [Text(said.verdict, style=_STYLES[said.tone])]
@@ -53,11 +48,6 @@ def comparison_table(comparison: Comparison) -> Group:
     """Return with what the residual goes and where it is worst; the sentence is not part of it.
 
     It fits 80 columns.
-
-    Parameters
-    ----------
-    comparison
-        A model against a measurement.
     """
     shown = shown_for(comparison.dataset)
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0))

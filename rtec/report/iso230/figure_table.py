@@ -122,13 +122,7 @@ class FigureTable:
 
 
 def figure_table(names: Sequence[str], documents: Sequence[Mapping[str, Any]]) -> FigureTable:
-    """Return the figures of tests of one kind of axis as a table.
-
-    Parameters
-    ----------
-    names, documents
-        Of one test or more: `JudgedTest.to_dict`, all in one unit.
-    """
+    """Return the figures of tests of one kind of axis as a table."""
     flat = [_flat(document) for document in documents]
     digits = decimals(
         documents[0]["unit"], (document.get(key) for document in flat for key in ("A", "R", "E", "M", "B"))

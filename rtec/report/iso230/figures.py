@@ -43,19 +43,7 @@ def drawable(text: str) -> str:
 
 
 def draw_tests(figure: Figure | SubFigure, tests: Sequence[SheetOfTest], units: SheetUnits, decimals: int) -> None:
-    """Draw a panel for each test, one below the other over the same targets.
-
-    Parameters
-    ----------
-    figure
-        To draw into.
-    tests
-        One or more, of one kind of axis.
-    units
-        Of the sheet.
-    decimals
-        Of all numbers.
-    """
+    """Draw a panel for each test, one below the other over the same targets."""
     panels: list[Axes] = []
     for index, test in enumerate(tests):
         axes = figure.add_subplot(len(tests), 1, index + 1, sharex=panels[0] if panels else None)

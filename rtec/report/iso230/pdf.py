@@ -30,13 +30,7 @@ _WORDS, _WIDEST = 0.34, 0.13
 
 
 def sheet_pdf(sheet: Sheet) -> bytes:
-    """Return the PDF; the same tests give the same bytes.
-
-    Parameters
-    ----------
-    sheet
-        What is drawn and said of them.
-    """
+    """Return the PDF; the same tests give the same bytes."""
     from matplotlib.backends.backend_pdf import PdfPages  # noqa: PLC0415 - half a second, needed only for a report
 
     made = io.BytesIO()
