@@ -15,7 +15,7 @@ _MOST_EVENTS = 40
 
 
 def show(verdict: Verdict, worst: str | None, note: str) -> None:
-    """Print checks, data sheet, worst case and verdict."""
+    """Print checks, data sheet, worst case with the command that plays it again, a note, and the verdict."""
     console = Console(highlight=False)
     table = Table(title=verdict.algorithm, show_header=False, title_justify="left")
     table.add_column(no_wrap=True)
