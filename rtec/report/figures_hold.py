@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rtec.report.appearance import Scale, look_of
-from rtec.report.diagnosis.readings import outline
-from rtec.report.figures_style import guide, legend_above, new_figure
+from rtec.report.figures_style import guide, legend_above, new_figure, outline
 from rtec.report.palette import GROWTH, GUIDE, STATE_LINES
 from rtec.study.results import HoldCurve, StudyResult
 

@@ -13,6 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtec.io import write_bytes
 from rtec.report.palette import EDGE, GRID, GUIDE, GUIDE_LINE, INK, PAPER, TICK
 
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 WIDTH_INCH = 10.0
 """Width of every figure: that of the page."""
 DPI = 150
+MOST_POINTS = 1500
+"""Points of a line; a longer one is drawn as the range of each stretch."""
 _NEARLY_EQUAL = 4.0
 _DECADES = 250.0
 """Range up to which a logarithmic axis has room for three labels a decade."""
@@ -162,6 +167,25 @@ def guide(axes: Axes, *, x: float | None = None, y: float | None = None, text: s
         place = blended(axes.transAxes, axes.transData)
         axes.annotate(text, (1.0, y), (-2, 3), xycoords=place, textcoords="offset points", color=colour,
                       ha="right", va="bottom", fontsize=8.5)  # fmt: skip
+
+
+def outline(
+    x: NDArray[np.float64], y: NDArray[np.float64], most: int = MOST_POINTS
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a line with at most twice ``most`` points that keeps every peak: least and largest of each stretch.
+
+    Of x, ascending, and y, shape (points,) each.
+
+    Examples
+    --------
+    >>> outline(np.arange(6.0), np.array([0.0, 9.0, 0.0, 0.0, -9.0, 0.0]), 2)[1].tolist()
+    [0.0, 9.0, -9.0, 0.0]
+    """
+    if x.size <= 2 * most:
+        return x, y
+    starts = np.unique(np.linspace(0, x.size, most, endpoint=False).astype(np.int64))
+    low, high = np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
+    return np.repeat(x[starts], 2), np.stack([low, high], axis=1).reshape(-1)
 
 
 def magnitudes(axes: Axes, which: Literal["x", "y"], values: Iterable[float]) -> None:

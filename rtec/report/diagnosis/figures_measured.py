@@ -16,18 +16,16 @@ from rtec.inference.results import NoiseFloor
 from rtec.report.diagnosis.quantities import shown_for, shown_in
 from rtec.report.diagnosis.readings import (
     ALL,
-    MOST_POINTS,
     Rows,
     Way,
     clock,
     figure_text,
-    outline,
     position_label,
     residual,
     some_rows,
     ways,
 )
-from rtec.report.figures_style import legend_above, new_figure
+from rtec.report.figures_style import MOST_POINTS, legend_above, new_figure, outline
 from rtec.report.palette import BAND, FORWARD, GUIDE, GUIDE_LINE, MEASURED, NEUTRAL, REVERSE
 
 if TYPE_CHECKING:

@@ -17,8 +17,6 @@ ALL, BACKWARD, AT_REST = "readings", "backward", "at rest"
 """Labels of all readings, where there is one group, and of those in one direction, or in none in a moving log."""
 MOST_DOTS = 1200
 """Readings that a panel draws; of more, so many are chosen at random, the same in every run."""
-MOST_POINTS = 1500
-"""Points of a line; a longer one is drawn as the range of each stretch."""
 FEWEST_FOR_MEANS = 15
 """Readings of a direction; of fewer no mean over neighbours is drawn."""
 _IN_FIGURES = frozenset("µ°±−²³·–…")
@@ -150,27 +148,3 @@ def some_rows(rows: Mask, most: int = MOST_DOTS) -> Rows:
     if numbers.size <= most:
         return numbers
     return np.sort(np.random.default_rng(0).choice(numbers, most, replace=False))
-
-
-def outline(x: Floats, y: Floats, most: int = MOST_POINTS) -> tuple[Floats, Floats]:
-    """Return a line with at most twice ``most`` points that keeps every peak: least and largest of each stretch.
-
-    Parameters
-    ----------
-    x
-        Ascending, shape (points,).
-    y
-        Shape (points,).
-    most
-        Stretches.
-
-    Examples
-    --------
-    >>> outline(np.arange(6.0), np.array([0.0, 9.0, 0.0, 0.0, -9.0, 0.0]), 2)[1].tolist()
-    [0.0, 9.0, -9.0, 0.0]
-    """
-    if x.size <= 2 * most:
-        return x, y
-    starts = np.unique(np.linspace(0, x.size, most, endpoint=False).astype(np.int64))
-    low, high = np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
-    return np.repeat(x[starts], 2), np.stack([low, high], axis=1).reshape(-1)

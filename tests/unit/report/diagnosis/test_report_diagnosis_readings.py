@@ -11,13 +11,13 @@ from rtec.report.diagnosis.readings import (
     abscissas,
     clock,
     figure_text,
-    outline,
     periods_of,
     phase,
     residual,
     some_rows,
     ways,
 )
+from rtec.report.figures_style import outline
 
 
 def _conditions(**changes: object) -> Conditions:
