@@ -6,14 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model._jit import helper
-from firmware_model.core._layout import (
-    DUE,
-    LOG_ROOM,
-    LOGGED,
-    STAMP,
-    STOP,
-    STOP_LOG_FULL,
-)  # fmt: skip
+from firmware_model.core import _layout as at
 
 Bytes = NDArray[np.uint8]
 Hidden = NDArray[np.int64]
@@ -29,17 +22,17 @@ def byte(m: Bytes, place: int) -> int:
 @helper
 def note(h: Hidden, log: Log, cycle: int, what: int, value: int) -> None:
     """Write a row of the log; the loop stops while there is no room."""
-    i = h[LOGGED]
-    if h[LOG_ROOM] == 0:
+    i = h[at.LOGGED]
+    if h[at.LOG_ROOM] == 0:
         return
     log[i, 0] = cycle
     log[i, 1] = what
     log[i, 2] = value
-    h[LOGGED] = i + 1
+    h[at.LOGGED] = i + 1
     # one look can write at most a few rows: what was sent, and the four ports
-    if i + 8 >= h[LOG_ROOM]:
-        h[STOP] = STOP_LOG_FULL
-        h[DUE] = 0
+    if i + 8 >= h[at.LOG_ROOM]:
+        h[at.STOP] = at.STOP_LOG_FULL
+        h[at.DUE] = 0
 
 
 @helper
@@ -47,4 +40,4 @@ def request(m: Bytes, h: Hidden, place: int, mask: int, source: int, cycle: int)
     """Set the flag of an interrupt; the request is as old as its first flag."""
     if m[place] & mask == 0:
         m[place] |= mask
-        h[STAMP + source] = cycle
+        h[at.STAMP + source] = cycle

@@ -3,35 +3,7 @@
 from __future__ import annotations
 
 from firmware_model._jit import kernel
-from firmware_model.core._layout import (
-    CYCLES,
-    DROPPED,
-    FAULT,
-    HAS_TIMER2,
-    HOLD,
-    LEVELS,
-    LEVELS_AT,
-    NEVER,
-    OUTPUT_AT,
-    OVERFLOWS_1,
-    OVERFLOWS_2,
-    P0,
-    P1,
-    P2,
-    P3,
-    PC,
-    PINS,
-    RECEIVE_AT,
-    RECEIVE_LEFT,
-    SEEN,
-    SEND_AT,
-    SEND_LEFT,
-    SERVING,
-    SP,
-    STAMP,
-    STOP,
-    SYNCED,
-)
+from firmware_model.core import _layout as at
 from firmware_model.core._request_kernels import Bytes, Hidden, byte
 
 REGISTERS, REGISTERS_END = 0x180, 0x200
@@ -46,19 +18,30 @@ def reset(m: Bytes, h: Hidden) -> None:
     """
     for place in range(REGISTERS, REGISTERS_END):
         m[place] = 0
-    m[SP] = 0x07
-    for port in (P0, P1, P2, P3):
+    m[at.SP] = 0x07
+    for port in (at.P0, at.P1, at.P2, at.P3):
         m[port] = 0xFF
-    for index in (PC, SERVING, HOLD, STOP, FAULT, SEND_LEFT, RECEIVE_LEFT, OUTPUT_AT, OVERFLOWS_1, OVERFLOWS_2):
+    for index in (
+        at.PC,
+        at.SERVING,
+        at.HOLD,
+        at.STOP,
+        at.FAULT,
+        at.SEND_LEFT,
+        at.RECEIVE_LEFT,
+        at.OUTPUT_AT,
+        at.OVERFLOWS_1,
+        at.OVERFLOWS_2,
+    ):
         h[index] = 0
-    for index in (SEND_AT, RECEIVE_AT, DROPPED, DROPPED + 1):
-        h[index] = NEVER
-    for index in range(STAMP, STAMP + 6):
-        h[index] = h[CYCLES]
-    levels = byte(m, PINS + 3) & 0x3C
-    if h[HAS_TIMER2] != 0:
-        levels |= (byte(m, PINS + 1) & 3) << 8
-    h[LEVELS] = levels  # what stands at the pins at reset is no edge
-    h[SEEN] = levels
-    for index in (SYNCED, LEVELS_AT):
-        h[index] = h[CYCLES]
+    for index in (at.SEND_AT, at.RECEIVE_AT, at.DROPPED, at.DROPPED + 1):
+        h[index] = at.NEVER
+    for index in range(at.STAMP, at.STAMP + 6):
+        h[index] = h[at.CYCLES]
+    levels = byte(m, at.PINS + 3) & 0x3C
+    if h[at.HAS_TIMER2] != 0:
+        levels |= (byte(m, at.PINS + 1) & 3) << 8
+    h[at.LEVELS] = levels  # what stands at the pins at reset is no edge
+    h[at.SEEN] = levels
+    for index in (at.SYNCED, at.LEVELS_AT):
+        h[index] = h[at.CYCLES]

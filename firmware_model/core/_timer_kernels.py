@@ -6,33 +6,7 @@ Sections named are those of the MCS-51 User's Manual (1994), chapter 3.
 from __future__ import annotations
 
 from firmware_model._jit import helper, step
-from firmware_model.core._layout import (
-    HAS_TIMER2,
-    LEVELS,
-    NEVER,
-    OVERFLOWS_1,
-    OVERFLOWS_2,
-    RCAP2H,
-    RCAP2L,
-    RECEIVE_AT,
-    RECEIVE_LEFT,
-    RECOGNISE,
-    SEND_AT,
-    SEND_LEFT,
-    SYNCED,
-    T2CON,
-    TCON,
-    TH0,
-    TH1,
-    TH2,
-    TICK,
-    TIMER_0,
-    TIMER_1,
-    TIMER_2,
-    TL0,
-    TL2,
-    TMOD,
-)  # fmt: skip
+from firmware_model.core import _layout as at
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
 from firmware_model.core._serial_kernels import baud_timer, clock_serial, cycle_of, received, sent
 
@@ -40,7 +14,9 @@ from firmware_model.core._serial_kernels import baud_timer, clock_serial, cycle_
 @step
 def ticks_of(h: Hidden, cycle: int) -> int:
     """Return the increments of a timer up to ``cycle``: one a cycle, or one every twelve."""
-    return int(cycle if h[TICK] == 1 else cycle // 12)  # a division by what is not constant costs ten times as much
+    return int(
+        cycle if h[at.TICK] == 1 else cycle // 12
+    )  # a division by what is not constant costs ten times as much
 
 
 @helper
@@ -57,7 +33,7 @@ def rolled(value: int, ticks: int, size: int, reload: int) -> tuple[int, int, in
 @helper
 def mode_of(m: Bytes, timer: int) -> int:
     """Return mode 0..3 of timer 0 or 1."""
-    return (byte(m, TMOD) >> (4 * timer)) & 3
+    return (byte(m, at.TMOD) >> (4 * timer)) & 3
 
 
 @helper
@@ -68,17 +44,17 @@ def on(m: Bytes, h: Hidden, timer: int) -> bool:
             return False
         if mode_of(m, 0) == 3:
             return True  # timer 0 has taken TR1; timer 1 is stopped by its own mode 3 alone
-    control = byte(m, TMOD) >> (4 * timer)
-    if m[TCON] & (0x10 << (2 * timer)) == 0:
+    control = byte(m, at.TMOD) >> (4 * timer)
+    if m[at.TCON] & (0x10 << (2 * timer)) == 0:
         return False
-    return control & 8 == 0 or h[LEVELS] & (4 << timer) != 0
+    return control & 8 == 0 or h[at.LEVELS] & (4 << timer) != 0
 
 
 @helper
 def count(m: Bytes, timer: int, ticks: int) -> tuple[int, int, int]:
     """Count timer 0 (its lower half in mode 3) or 1; return overflows, tick of the first, period."""
     mode = mode_of(m, timer)
-    low, high = TL0 + timer, TH0 + timer
+    low, high = at.TL0 + timer, at.TH0 + timer
     if mode == 0:
         value, n, first, period = rolled((byte(m, high) << 5) | (byte(m, low) & 31), ticks, 8192, 0)
         m[low] = (m[low] & 0xE0) | (value & 31)
@@ -100,50 +76,50 @@ def count(m: Bytes, timer: int, ticks: int) -> tuple[int, int, int]:
 def timer_1_overflowed(m: Bytes, h: Hidden, log: Log, n: int, first: int, period: int) -> None:
     """Set TF1, which timer 0 owns in its mode 3, and clock the serial port."""
     if mode_of(m, 0) != 3:
-        request(m, h, TCON, 0x80, TIMER_1, first * h[TICK])
-    h[OVERFLOWS_1] += n
-    clock_serial(m, h, log, 1, n, first, period, 1, h[TICK])
+        request(m, h, at.TCON, 0x80, at.TIMER_1, first * h[at.TICK])
+    h[at.OVERFLOWS_1] += n
+    clock_serial(m, h, log, 1, n, first, period, 1, h[at.TICK])
 
 
 @helper
 def timer_2_rate(m: Bytes, h: Hidden) -> tuple[int, int]:
     """Return ticks and the cycles they take: half the oscillator as a baud-rate generator, a twelfth else."""
-    if m[T2CON] & 0x30 != 0:
+    if m[at.T2CON] & 0x30 != 0:
         # twelve clocks are one cycle of the original, twelve cycles of the one-clock part
-        return (6, 1) if h[TICK] == 1 else (1, 2)
-    return 1, h[TICK]
+        return (6, 1) if h[at.TICK] == 1 else (1, 2)
+    return 1, h[at.TICK]
 
 
 @helper
 def count_timer_2(m: Bytes, h: Hidden, log: Log, ticks: int, before: int, num: int, den: int) -> None:
     """Count timer 2 ("Timer 2"): capture, auto-reload or baud-rate generator; ``before`` ticks had passed."""
-    control = byte(m, T2CON)
+    control = byte(m, at.T2CON)
     capture = control & 0x31 == 1
-    reload = 0 if capture else (byte(m, RCAP2H) << 8) | byte(m, RCAP2L)
-    value, n, first, period = rolled((byte(m, TH2) << 8) | byte(m, TL2), ticks, 65536, reload)
-    m[TL2] = value & 255
-    m[TH2] = value >> 8
+    reload = 0 if capture else (byte(m, at.RCAP2H) << 8) | byte(m, at.RCAP2L)
+    value, n, first, period = rolled((byte(m, at.TH2) << 8) | byte(m, at.TL2), ticks, 65536, reload)
+    m[at.TL2] = value & 255
+    m[at.TH2] = value >> 8
     if n > 0:
         if control & 0x30 == 0:
             # TF2 is set in S2P2 and polled in the cycle of the overflow itself, one earlier than TF0 and TF1
-            request(m, h, T2CON, 0x80, TIMER_2, cycle_of(before + first, num, den) - h[RECOGNISE])
-        h[OVERFLOWS_2] += n
+            request(m, h, at.T2CON, 0x80, at.TIMER_2, cycle_of(before + first, num, den) - h[at.RECOGNISE])
+        h[at.OVERFLOWS_2] += n
         clock_serial(m, h, log, 2, n, before + first, period, num, den)
 
 
 @step
 def count_timers_0_and_1(m: Bytes, h: Hidden, log: Log, before: int, ticks: int) -> None:
     """Count timers 0 and 1 by the clock; in mode 3 timer 0 is two, and the second has timer 1's flag."""
-    if m[TMOD] & 4 == 0 and on(m, h, 0):
+    if m[at.TMOD] & 4 == 0 and on(m, h, 0):
         n, first, period = count(m, 0, ticks)
         if n > 0:
-            request(m, h, TCON, 0x20, TIMER_0, (before + first) * h[TICK])
-    if mode_of(m, 0) == 3 and m[TCON] & 0x40 != 0:
-        value, n, first, period = rolled(byte(m, TH0), ticks, 256, 0)
-        m[TH0] = value
+            request(m, h, at.TCON, 0x20, at.TIMER_0, (before + first) * h[at.TICK])
+    if mode_of(m, 0) == 3 and m[at.TCON] & 0x40 != 0:
+        value, n, first, period = rolled(byte(m, at.TH0), ticks, 256, 0)
+        m[at.TH0] = value
         if n > 0:
-            request(m, h, TCON, 0x80, TIMER_1, (before + first) * h[TICK])
-    if m[TMOD] & 0x40 == 0 and on(m, h, 1):
+            request(m, h, at.TCON, 0x80, at.TIMER_1, (before + first) * h[at.TICK])
+    if m[at.TMOD] & 0x40 == 0 and on(m, h, 1):
         n, first, period = count(m, 1, ticks)
         if n > 0:
             timer_1_overflowed(m, h, log, n, before + first, period)
@@ -152,31 +128,31 @@ def count_timers_0_and_1(m: Bytes, h: Hidden, log: Log, before: int, ticks: int)
 @helper
 def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Count the timers and shift the serial port up to ``now``."""
-    since = h[SYNCED]
+    since = h[at.SYNCED]
     if now <= since:
         return
-    h[SYNCED] = now
+    h[at.SYNCED] = now
     before = ticks_of(h, since)
     ticks = ticks_of(h, now) - before
     if ticks > 0:
         count_timers_0_and_1(m, h, log, before, ticks)
-    if h[HAS_TIMER2] != 0 and m[T2CON] & 0x06 == 0x04:
+    if h[at.HAS_TIMER2] != 0 and m[at.T2CON] & 0x06 == 0x04:
         num, den = timer_2_rate(m, h)
         before = since * num // den
         ticks = now * num // den - before
         if ticks > 0:
             count_timer_2(m, h, log, ticks, before, num, den)
-    if now >= h[SEND_AT]:
-        sent(m, h, log, h[SEND_AT])
-    if now >= h[RECEIVE_AT]:
-        received(m, h, h[RECEIVE_AT])
+    if now >= h[at.SEND_AT]:
+        sent(m, h, log, h[at.SEND_AT])
+    if now >= h[at.RECEIVE_AT]:
+        received(m, h, h[at.RECEIVE_AT])
 
 
 @helper
 def until_overflow(m: Bytes, timer: int) -> int:
     """Return the ticks until timer 0 or 1 overflows."""
     mode = mode_of(m, timer)
-    low, high = byte(m, TL0 + timer), byte(m, TH0 + timer)
+    low, high = byte(m, at.TL0 + timer), byte(m, at.TH0 + timer)
     if mode == 0:
         return 8192 - ((high << 5) | (low & 31))
     return 65536 - ((high << 8) | low) if mode == 1 else 256 - low
@@ -186,49 +162,49 @@ def until_overflow(m: Bytes, timer: int) -> int:
 def overflow_cycle(m: Bytes, h: Hidden, timer: int, n: int) -> int:
     """Return the cycle of the n-th overflow of a timer from now, NEVER where it does not run by itself."""
     if timer == 2:
-        if m[T2CON] & 0x06 != 0x04:
-            return NEVER
+        if m[at.T2CON] & 0x06 != 0x04:
+            return at.NEVER
         num, den = timer_2_rate(m, h)
-        reload = (byte(m, RCAP2H) << 8) | byte(m, RCAP2L)
-        first = h[SYNCED] * num // den + 65536 - ((byte(m, TH2) << 8) | byte(m, TL2))
+        reload = (byte(m, at.RCAP2H) << 8) | byte(m, at.RCAP2L)
+        first = h[at.SYNCED] * num // den + 65536 - ((byte(m, at.TH2) << 8) | byte(m, at.TL2))
         return cycle_of(first + (n - 1) * (65536 - reload), num, den)
-    if m[TMOD] & 0x40 != 0 or not on(m, h, 1):
-        return NEVER
+    if m[at.TMOD] & 0x40 != 0 or not on(m, h, 1):
+        return at.NEVER
     mode = mode_of(m, 1)
-    period = 8192 if mode == 0 else 65536 if mode == 1 else 256 - byte(m, TH1)
-    return int((ticks_of(h, h[SYNCED]) + until_overflow(m, 1) + (n - 1) * period) * h[TICK])
+    period = 8192 if mode == 0 else 65536 if mode == 1 else 256 - byte(m, at.TH1)
+    return int((ticks_of(h, h[at.SYNCED]) + until_overflow(m, 1) + (n - 1) * period) * h[at.TICK])
 
 
 @step
 def next_serial_request(m: Bytes, h: Hidden) -> int:
     """Return the earliest cycle at which the serial port will set one of its flags."""
-    due = min(h[SEND_AT], h[RECEIVE_AT])
-    if h[SEND_LEFT] > 0:
-        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x10), h[SEND_LEFT]))
-    if h[RECEIVE_LEFT] > 0:
-        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x20), h[RECEIVE_LEFT]))
+    due = min(h[at.SEND_AT], h[at.RECEIVE_AT])
+    if h[at.SEND_LEFT] > 0:
+        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x10), h[at.SEND_LEFT]))
+    if h[at.RECEIVE_LEFT] > 0:
+        due = min(due, overflow_cycle(m, h, baud_timer(m, h, 0x20), h[at.RECEIVE_LEFT]))
     return due
 
 
 @helper
 def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
     """Return the earliest cycle at which a timer or the serial port will set the flag of an ``enabled`` interrupt."""
-    due = NEVER
+    due = at.NEVER
     if enabled & 0x80 == 0:
         return due
-    tick = h[TICK]
-    base = ticks_of(h, h[SYNCED])
+    tick = h[at.TICK]
+    base = ticks_of(h, h[at.SYNCED])
     split = mode_of(m, 0) == 3
-    if enabled & 2 != 0 and m[TMOD] & 4 == 0 and m[TCON] & 0x20 == 0 and on(m, h, 0):
+    if enabled & 2 != 0 and m[at.TMOD] & 4 == 0 and m[at.TCON] & 0x20 == 0 and on(m, h, 0):
         due = min(due, (base + until_overflow(m, 0)) * tick)
-    if enabled & 8 != 0 and m[TCON] & 0x80 == 0:
+    if enabled & 8 != 0 and m[at.TCON] & 0x80 == 0:
         if split:
-            if m[TCON] & 0x40 != 0:
-                due = min(due, (base + 256 - byte(m, TH0)) * tick)
-        elif m[TMOD] & 0x40 == 0 and on(m, h, 1):
+            if m[at.TCON] & 0x40 != 0:
+                due = min(due, (base + 256 - byte(m, at.TH0)) * tick)
+        elif m[at.TMOD] & 0x40 == 0 and on(m, h, 1):
             due = min(due, (base + until_overflow(m, 1)) * tick)
-    if h[HAS_TIMER2] != 0 and enabled & 0x20 != 0 and m[T2CON] & 0xB6 == 0x04:
-        due = min(due, (base + 65536 - ((byte(m, TH2) << 8) | byte(m, TL2))) * tick)
+    if h[at.HAS_TIMER2] != 0 and enabled & 0x20 != 0 and m[at.T2CON] & 0xB6 == 0x04:
+        due = min(due, (base + 65536 - ((byte(m, at.TH2) << 8) | byte(m, at.TL2))) * tick)
     if enabled & 0x10 != 0:
         due = min(due, next_serial_request(m, h))
     return due

@@ -14,7 +14,7 @@ from firmware_model._jit import address_of
 from firmware_model.core import _layout as at
 from firmware_model.core._execute_kernels import execute
 from firmware_model.core._reset_kernels import reset
-from firmware_model.core._serial_kernels import start_reception
+from firmware_model.core._serial_kernels import begin_receiving
 from firmware_model.core.predecode import decode
 from firmware_model.core.results import Fault, FaultKind, RunResult
 from firmware_model.core.state import new_hidden, watch
@@ -282,7 +282,7 @@ class Mcs51:
             raise FirmwareError("serial mode", 0, "1, 2 or 3", "let the firmware set SM0 or SM1 of SCON first")
         if self._hidden[at.RECEIVE_LEFT] or self._hidden[at.RECEIVE_AT] != at.NEVER:
             raise FirmwareError("byte", byte, "one frame at a time", "run until RI before the next")
-        start_reception(self._memory, self._hidden, byte | (ninth_bit << 8), self.cycles)
+        begin_receiving(self._memory, self._hidden, byte | (ninth_bit << 8), self.cycles)
 
     def record(self, *, on: bool = True) -> None:
         """Keep from now on every change of a port's latch and every byte sent, or no more."""

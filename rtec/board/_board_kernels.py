@@ -20,25 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_model.core import _layout as cpu_at
 from firmware_model.core._interrupt_kernels import until
-from firmware_model.core._layout import (
-    BUS,
-    BUS_AT,
-    CHANGE,
-    CHANGES,
-    CYCLES,
-    DUE,
-    OUTPUT_AT,
-    P1,
-    P3,
-    PINS,
-    RUNNING,
-    STOP,
-    STOP_BUS,
-    STOP_OUTPUT,
-    STOP_POWER_DOWN,
-    XRAM,
-)
 from firmware_model.core._pin_kernels import set_pins
 from firmware_model.core._reset_kernels import reset as reset_processor
 from rtec._jit import Record, kernel, step
@@ -140,14 +123,8 @@ def gates(b: Record) -> int:
 
 
 @step
-def pins(b: Record) -> int:
-    """Return the levels that the circuits put on port 3; an open line is high."""
-    return pins_at(b, b.held if b.holding == 1 else b.ab_in)
-
-
-@step
 def pins_at(b: Record, line: int) -> int:
-    """Return the levels on port 3 with the lines behind the hold latch at ``line``."""
+    """Return the levels that the circuits put on port 3 with the lines behind the hold latch at ``line``."""
     circuit = (line | line >> 1) & 1 if b.one_state == 1 else (line ^ line >> 1) & 1
     return int(0xC2 | b.enable_n | circuit << 2 | b.trip_n << 3 | line << 4)
 
@@ -155,32 +132,32 @@ def pins_at(b: Record, line: int) -> int:
 @step
 def board_pins(b: Record, m: Bytes, h: Longs, log: Longs, cycle: int) -> None:
     """Let the processor sample the lines as they are from ``cycle`` on."""
-    levels = pins(b)
-    if levels != m[PINS + 3]:
+    levels = pins_at(b, b.held if b.holding == 1 else b.ab_in)
+    if levels != m[cpu_at.PINS + 3]:
         set_pins(m, h, log, 3, levels, cycle)
 
 
 @step
 def read_ps(b: Record, h: Longs) -> int:
     """Return when the read of the bus happens that the processor waits for: at the sampling of its first cycle."""
-    return time_of(b, h[CYCLES]) + int(b.sample_ps)
+    return time_of(b, h[cpu_at.CYCLES]) + int(b.sample_ps)
 
 
 @step
 def read_bus(b: Record, m: Bytes, h: Longs) -> None:
     """Answer a read of the external bus, all transitions until then taken: the decoder's bytes, or memory."""
-    address = h[BUS_AT]
+    address = h[cpu_at.BUS_AT]
     if address in (DECODER_HIGH, DECODER_LOW):
         receiver_settle(b.decoder, read_ps(b, h))
         if b.inhibited == 0:
             b.decoder_latch = b.decoder.count & 0xFFF if b.port & DECODER_RST else 0
-        m[XRAM + DECODER_HIGH] = b.decoder_latch >> 8
-        m[XRAM + DECODER_LOW] = b.decoder_latch & 255
+        m[cpu_at.XRAM + DECODER_HIGH] = b.decoder_latch >> 8
+        m[cpu_at.XRAM + DECODER_LOW] = b.decoder_latch & 255
         b.inhibited = 1 if address == DECODER_HIGH else 0
-    h[BUS] = 2
-    h[STOP] = RUNNING
+    h[cpu_at.BUS] = 2
+    h[cpu_at.STOP] = cpu_at.RUNNING
     # what was due at this boundary is decided: an instruction that no interrupt may precede stays that
-    h[DUE] = h[CYCLES] + 1
+    h[cpu_at.DUE] = h[cpu_at.CYCLES] + 1
 
 
 @step
@@ -191,13 +168,13 @@ def board_run(b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, queue: Longs,
     """
     execute, words, code = cpu
     end = cycle_that_sees(b, t_ps)
-    if b.next_ps == NEVER and h[CYCLES] < end and h[STOP] == RUNNING:
+    if b.next_ps == NEVER and h[cpu_at.CYCLES] < end and h[cpu_at.STOP] == cpu_at.RUNNING:
         until(h, queue, end)
         execute(words, code, m, h, log, queue)
-        if h[STOP] == STOP_OUTPUT:
-            b.next_ps = time_of(b, h[OUTPUT_AT])
-            h[STOP] = RUNNING
-        return bool(h[STOP] == STOP_BUS)
+        if h[cpu_at.STOP] == cpu_at.STOP_OUTPUT:
+            b.next_ps = time_of(b, h[cpu_at.OUTPUT_AT])
+            h[cpu_at.STOP] = cpu_at.RUNNING
+        return bool(h[cpu_at.STOP] == cpu_at.STOP_BUS)
     return False
 
 
@@ -214,7 +191,7 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     """Let the output that the processor has changed act on the circuits."""
     t_ps = b.next_ps
     b.next_ps = NEVER
-    before, b.port = b.port, int(m[P1])
+    before, b.port = b.port, int(m[cpu_at.P1])
     fell = before & ~b.port
     if (before ^ b.port) & DECODER_RST:
         zero_decoder(b, t_ps)
@@ -223,8 +200,8 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
         b.holding = 1
     elif b.holding == 1 and b.port & HOLD:
         b.holding = 0
-        board_pins(b, m, h, log, h[OUTPUT_AT])
-    valid = 0 if m[P3] & NOT_VALID else 1
+        board_pins(b, m, h, log, h[cpu_at.OUTPUT_AT])
+    valid = 0 if m[cpu_at.P3] & NOT_VALID else 1
     if valid > b.valid:
         b.published += 1
         b.published_ps = t_ps
@@ -248,7 +225,7 @@ def board_edge(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) ->
         board_pins(b, m, h, log, cycle_that_sees(b, t_ps))
 
 
-@step
+@kernel
 def board_switch(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, enable_n: int, trip_n: int) -> None:
     """Set the switch and the probe's line."""
     b.enable_n = enable_n
@@ -256,12 +233,12 @@ def board_switch(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, enable_n:
     board_pins(b, m, h, log, cycle_that_sees(b, t_ps))
 
 
-@step
+@kernel
 def board_ask(m: Bytes, total: int, flags: int) -> None:
     """Let the PC put its words out: the total, two bytes, and its status."""
-    m[XRAM + REQUEST_LOW] = total & 255
-    m[XRAM + REQUEST_HIGH] = total >> 8 & 255
-    m[XRAM + PC_STATUS] = flags & 255
+    m[cpu_at.XRAM + REQUEST_LOW] = total & 255
+    m[cpu_at.XRAM + REQUEST_HIGH] = total >> 8 & 255
+    m[cpu_at.XRAM + PC_STATUS] = flags & 255
 
 
 @step
@@ -269,14 +246,14 @@ def signed_word(m: Bytes, at: int, size: int) -> int:
     """Return a signed word of the box, low byte first."""
     value = 0
     for i in range(size):
-        value |= int(np.int64(m[XRAM + at + i])) << (8 * i)
+        value |= int(np.int64(m[cpu_at.XRAM + at + i])) << (8 * i)
     return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
 @step
 def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
     """Power up at ``t_ps`` with the lines at ``ab``: the processor comes out of reset, its latches are high."""
-    b.origin_ps = t_ps - time_of(b, h[CYCLES]) + b.origin_ps
+    b.origin_ps = t_ps - time_of(b, h[cpu_at.CYCLES]) + b.origin_ps
     b.now_ps = t_ps
     b.next_ps = NEVER
     b.holding = 0
@@ -285,13 +262,13 @@ def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -
     b.port = 0xFF
     b.valid = 0
     b.ab_in = ab
-    h[BUS] = 1
-    h[DUE] = 0
-    board_pins(b, m, h, log, h[CYCLES])
+    h[cpu_at.BUS] = 1
+    h[cpu_at.DUE] = 0
+    board_pins(b, m, h, log, h[cpu_at.CYCLES])
     b.ab_out = gates(b)
 
 
-@step
+@kernel
 def board_restart(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
     """Let the processor come out of a reset pulled at ``t_ps``; the decoder chip counts on."""
     reset_processor(m, h)
@@ -302,7 +279,7 @@ def board_restart(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
 @step
 def board_lose_power(b: Record, h: Longs) -> None:
     """Let go of all outputs: the gates, fed by the controller, pass A and B on; those of Design B are dead."""
-    h[STOP] = STOP_POWER_DOWN
+    h[cpu_at.STOP] = cpu_at.STOP_POWER_DOWN
     b.next_ps = NEVER
     b.holding = 0
     b.valid = 0
@@ -340,24 +317,6 @@ def begin_counting(b: Record) -> None:
     b.illegal_out = 0
 
 
-@kernel
-def reset(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
-    """Pull and release the processor's RST from outside."""
-    board_restart(b, m, h, log, t_ps)
-
-
-@kernel
-def ask(m: Bytes, total: int, flags: int) -> None:
-    """Let the PC put its words out, from outside."""
-    board_ask(m, total, flags)
-
-
-@kernel
-def switch(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, enable_n: int, trip_n: int) -> None:
-    """Set the switch and the probe's line from outside."""
-    board_switch(b, m, h, log, t_ps, enable_n, trip_n)
-
-
 @step
 def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) -> int:
     """Write down what the controller sees if it has changed; return the number of changes written."""
@@ -371,9 +330,9 @@ def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) 
 @step
 def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, rows: int, cycle: int) -> None:
     """Apply those of the first queued changes of pins that are sampled before ``cycle`` and not met yet."""
-    while h[CHANGE] < min(rows, h[CHANGES]) and queue[h[CHANGE], 0] < cycle:
-        set_pins(m, h, log, 3, queue[h[CHANGE], 2], queue[h[CHANGE], 0])
-        h[CHANGE] += 1
+    while h[cpu_at.CHANGE] < min(rows, h[cpu_at.CHANGES]) and queue[h[cpu_at.CHANGE], 0] < cycle:
+        set_pins(m, h, log, 3, queue[h[cpu_at.CHANGE], 2], queue[h[cpu_at.CHANGE], 0])
+        h[cpu_at.CHANGE] += 1
 
 
 @step
@@ -383,7 +342,7 @@ def note_said(b: Record, m: Bytes, said: Longs, published: int, t_ps: int) -> No
         row = published % said.shape[0]
         said[row, 0] = t_ps
         said[row, 1] = signed_word(m, WORDS + COMPLETED, 2)
-        said[row, 2] = m[XRAM + WORDS + STATUS]
+        said[row, 2] = m[cpu_at.XRAM + WORDS + STATUS]
 
 
 @kernel
@@ -416,9 +375,9 @@ def play(
     if b.ab_out != b.seen_out and edges > 0 and times_ps[0] == b.now_ps:
         pass_edge(b, times_ps[0], int(levels[0]))  # at the moment of a reset: one change with it
         i = 1
-    h[CHANGE] = 0
-    h[CHANGES] = 0 if b.holding == 1 else edges
-    h[DUE] = 0
+    h[cpu_at.CHANGE] = 0
+    h[cpu_at.CHANGES] = 0 if b.holding == 1 else edges
+    h[cpu_at.DUE] = 0
     n = note_output(b, b.now_ps, 0, out_ps, out_levels)  # what a reset or a switch has changed since
     while b.now_ps < until_ps and n + edges - i < out_ps.size:
         waits = board_run(b, cpu, m, h, log, queue, until_ps)
@@ -439,14 +398,14 @@ def play(
                 i += 1
             n = note_output(b, stop_ps, n, out_ps, out_levels)
             if b.holding > held:  # the processor sees no edge until the latch opens ...
-                catch_up(m, h, log, queue, i, h[OUTPUT_AT])
-                h[CHANGES] = h[CHANGE]
-                board_pins(b, m, h, log, h[OUTPUT_AT])
+                catch_up(m, h, log, queue, i, h[cpu_at.OUTPUT_AT])
+                h[cpu_at.CHANGES] = h[cpu_at.CHANGE]
+                board_pins(b, m, h, log, h[cpu_at.OUTPUT_AT])
             elif b.holding < held:  # ... and from then on those to come
-                board_pins(b, m, h, log, h[OUTPUT_AT])
-                h[CHANGE] = i
-                h[CHANGES] = edges
-                h[DUE] = 0
+                board_pins(b, m, h, log, h[cpu_at.OUTPUT_AT])
+                h[cpu_at.CHANGE] = i
+                h[cpu_at.CHANGES] = edges
+                h[cpu_at.DUE] = 0
     catch_up(m, h, log, queue, i, NEVER)
-    h[CHANGES] = h[CHANGE]
+    h[cpu_at.CHANGES] = h[cpu_at.CHANGE]
     return i, n

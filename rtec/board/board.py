@@ -164,7 +164,9 @@ class Board:
     def ask(self, total: int, *, large: bool = False, probing: bool = False, home: bool = False) -> None:
         """Put the PC's words out: the requested total of steps and its status."""
         whole_within("total", total, -32768, 32767)
-        kernels.ask(self._inner[0], total, large * kernels.LARGE | probing * kernels.PROBING | home * kernels.HOME)
+        kernels.board_ask(
+            self._inner[0], total, large * kernels.LARGE | probing * kernels.PROBING | home * kernels.HOME
+        )
 
     def switch(self, on: bool) -> None:
         """Throw the switch that allows corrections."""
@@ -218,7 +220,7 @@ class Board:
         enable_n = int(state.enable_n) if enable_n is None else enable_n
         trip_n = int(state.trip_n) if trip_n is None else trip_n
         memory, hidden, log = self._inner
-        kernels.switch(state, memory, hidden, log, self.now_ps, enable_n, trip_n)
+        kernels.board_switch(state, memory, hidden, log, self.now_ps, enable_n, trip_n)
 
     def begin_counting(self) -> None:
         """Let the monitor at the gates begin now, as a controller that is switched on after the box does."""
@@ -228,7 +230,7 @@ class Board:
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
         memory, hidden, log = self._inner
-        kernels.reset(self._state, memory, hidden, log, self.now_ps)
+        kernels.board_restart(self._state, memory, hidden, log, self.now_ps)
 
     @property
     def words(self) -> Words:

@@ -1,8 +1,8 @@
-"""Compiled watch over a machine with faults: what the controller counts, against what it should, slice by slice.
+"""Compiled monitor of a machine with faults: what the controller counts, against what it should, slice by slice.
 
 The reference is independent of box, link and PC: the true count of the encoder, before its cable, and the deviation
-that the healthy prediction has where the axis truly is, in the direction in which it truly moves. The watch reads the
-totals of the box only to tell what is late from what is wrong.
+that the healthy prediction has where the axis truly is, in the direction in which it truly moves. The monitor reads
+the totals of the box only to tell what is late from what is wrong.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rtec.signal._kernels import NEVER
 NOBODY, BY_CONTROLLER, BY_BOX, BY_PC, BY_HOMING = 0, 1, 2, 3, 4
 """Who stopped the machine; by homing: a box without a home does not let the axis go on."""
 
-WATCH = np.dtype(
+MONITOR = np.dtype(
     [
         # parameters
         ("step_counts", np.int64),
@@ -56,9 +56,6 @@ WATCH = np.dtype(
         ("seen_reason", np.int64),  # why the PC held, and what the box said, when the first axis stopped
         ("seen_status", np.int64),
         ("following", np.float64),  # largest difference between command and counts, beyond the lag of the feed
-        ("refused", np.int64),  # slices in which something was owed that the speed gate refused
-        ("gate", np.int64),
-        ("moving", np.int64),  # slices in which the axis moved
     ],
     align=True,
 )
@@ -145,10 +142,6 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
     if count != a.count:
         a.count = count
         a.still_ps = t_ps
-        a.moving += 1
-    if st.injector.refused != a.gate:
-        a.gate = st.injector.refused
-        a.refused += 1
     a.settled = 1 if running and not stopped and t_ps - a.still_ps >= a.rest_ps else 0
     if a.ran == 0:
         return
@@ -168,7 +161,7 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
 
 @kernel
 def begin(a: NDArray[np.void]) -> None:
-    """Begin to watch axes that stand at home."""
+    """Begin to monitor axes that stand at home."""
     for i in range(a.size):
         a[i].direction = 1
         a[i].wrong_since_ps = NEVER
@@ -176,14 +169,14 @@ def begin(a: NDArray[np.void]) -> None:
 
 
 @kernel
-def watch(
+def monitor(
     c: Record,
     axes: Any,
     boxes: Any,
     steps: Any,
     pcs: NDArray[np.void],
     faults: NDArray[np.void],
-    watches: NDArray[np.void],
+    monitors: NDArray[np.void],
     until_ps: int,
     slice_ps: int,
     stop_after_ps: int,
@@ -200,17 +193,17 @@ def watch(
         t_ps = min(c.now_ps + slice_ps, until_ps)
         run(c, axes, boxes, steps, pcs, faults, t_ps, models)
         for i in range(stations.size):
-            a = watches[i]
+            a = monitors[i]
             follow(a, stations[i].encoder.count)
             x_mm = stations[i].encoder.count * a.count_mm
             look(a, stations[i], t_ps, error_at(truth, x_mm, a.direction))
-        first_ps = watches[0].stop_ps
+        first_ps = monitors[0].stop_ps
         for i in range(1, stations.size):
-            first_ps = min(first_ps, watches[i].stop_ps)
+            first_ps = min(first_ps, monitors[i].stop_ps)
         if first_ps == t_ps:
             for i in range(stations.size):
-                watches[i].seen_reason = pcs[i].reason
-                watches[i].seen_status = stations[i].node.box.status
+                monitors[i].seen_reason = pcs[i].reason
+                monitors[i].seen_status = stations[i].node.box.status
         if t_ps - first_ps >= stop_after_ps:
             return int(t_ps)
     return until_ps

@@ -96,10 +96,7 @@ class MonitoredAxis:
     box_status: Status
     following_counts: float
     checks: int
-    gate_refused: int
-    moving_s: float
     step_counts: int
-    total_steps: int
 
 
 class MonitoredCell(Cell):
@@ -138,7 +135,7 @@ class MonitoredCell(Cell):
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
         self._truth = bound_curve(predictor if truth is None else truth, "truth")
-        self._monitors = np.rec.array(np.zeros(len(stations), dtype=kernels.WATCH))
+        self._monitors = np.rec.array(np.zeros(len(stations), dtype=kernels.MONITOR))
         for record, station in zip(self._monitors, stations, strict=True):
             step_counts = station.injector.design.step_counts
             record.step_counts = step_counts
@@ -161,7 +158,7 @@ class MonitoredCell(Cell):
             *self._parts, self._monitors, until_ps, self._slice_ps, stop_after_ps, self._models, self._truth,
         )  # fmt: skip
         if self._run_monitored is None:
-            self._run_monitored = prepared(kernels.watch, *arguments)
+            self._run_monitored = prepared(kernels.monitor, *arguments)
         self._run_monitored(*arguments)
 
     def predict_by(self, predictor: Model | Sequence[Model]) -> None:
@@ -225,10 +222,7 @@ class MonitoredCell(Cell):
             box_status=Status(int(record.seen_status)),
             following_counts=float(record.following),
             checks=int(record.checks),
-            gate_refused=int(record.refused),
-            moving_s=int(record.moving) * self._slice_ps / PS_PER_S,
             step_counts=step_counts,
-            total_steps=int(box.accepted),
         )
 
 

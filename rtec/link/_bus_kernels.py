@@ -188,7 +188,7 @@ def bus_begin(bus: Record, faults: NDArray[np.void], t_ps: int) -> None:
     bus.busy_ps += FRAME_BITS * bus.bit_ps
 
 
-@helper
+@kernel
 def bus_submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, identifier: int, payload: int) -> None:
     """Let a node want to send a frame at ``t_ps``."""
     for i in range(faults.size):
@@ -347,7 +347,7 @@ def bus_step(bus: Record, faults: NDArray[np.void]) -> bool:
     return True
 
 
-@step
+@kernel
 def bus_reset(bus: Record, bit_ps: int) -> None:
     """Start with an idle bus."""
     bus.bit_ps = bit_ps
@@ -356,18 +356,6 @@ def bus_reset(bus: Record, bit_ps: int) -> None:
     bus.delayed = 0
     for node in range(NODES):
         bus.queues[node].waiting = 0
-
-
-@kernel
-def reset(bus: Record, bit_ps: int) -> None:
-    """Start with an idle bus, from outside."""
-    bus_reset(bus, bit_ps)
-
-
-@kernel
-def submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, identifier: int, payload: int) -> None:
-    """Send a frame from outside."""
-    bus_submit(bus, faults, node, t_ps, identifier, payload)
 
 
 @kernel

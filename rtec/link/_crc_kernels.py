@@ -41,7 +41,7 @@ def checksum(identifier: int, payload: int) -> int:
     return int(crc ^ 0xFF)
 
 
-@step
+@kernel
 def sealed(identifier: int, payload: int) -> int:
     """Return the payload with its checksum in byte 0."""
     return (payload & ~0xFF) | checksum(identifier, payload)
@@ -51,9 +51,3 @@ def sealed(identifier: int, payload: int) -> int:
 def is_sealed(identifier: int, payload: int) -> bool:
     """Return whether the checksum of a frame is right."""
     return checksum(identifier, payload) == payload & 0xFF
-
-
-@kernel
-def seal(identifier: int, payload: int) -> int:
-    """Return the payload with its checksum, from outside."""
-    return sealed(identifier, payload)

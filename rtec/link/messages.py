@@ -20,7 +20,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.io import read_any_text
 from rtec.link import _frame_kernels
-from rtec.link._crc_kernels import seal
+from rtec.link._crc_kernels import sealed
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ class MessageSet:
         values = {name: int(value) if isinstance(value, int) else str(value) for name, value in fields.items()}
         payload = int.from_bytes(data, "little", signed=True)
         verdict = Verdict.RIGHT
-        if int(seal(identifier, payload)) != payload:
+        if int(sealed(identifier, payload)) != payload:
             verdict = Verdict.WRONG_CHECKSUM
         elif (
             kind == Kind.REQUEST
@@ -236,7 +236,7 @@ class MessageSet:
             numbers["Axis"] = axis
         self._sequences[identifier] = numbers["Sequence"]
         data = self._messages[kind].encode({"Crc": 0, **numbers}, scaling=False)
-        payload = int(seal(identifier, int.from_bytes(data, "little", signed=True)))
+        payload = int(sealed(identifier, int.from_bytes(data, "little", signed=True)))
         return Frame.of_payload(identifier, payload)
 
 

@@ -118,7 +118,7 @@ class SimulatedBus:
     def __init__(self, *, bitrate: int = 500_000, faults: Sequence[BusFault] = ()) -> None:
         self.bitrate = whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         self._bus = new_record(_bus_kernels.BUS)
-        _bus_kernels.reset(self._bus, PS_PER_S // bitrate)
+        _bus_kernels.bus_reset(self._bus, PS_PER_S // bitrate)
         self._faults: list[BusFault] = []
         self._records: Any = np.rec.array(np.zeros(0, dtype=_bus_kernels.FAULT))
         self._now_ps = 0
@@ -284,7 +284,7 @@ class SimulatedBus:
 
     def _submit(self, node: int, t_ps: int, frame: Frame) -> None:
         identifier, payload = _packed(frame)
-        _bus_kernels.submit(self._bus, self._records, node, t_ps, identifier, payload)
+        _bus_kernels.bus_submit(self._bus, self._records, node, t_ps, identifier, payload)
 
     def _feed(self) -> bool:
         """Hand waiting frames on to the bus; return whether any wait."""

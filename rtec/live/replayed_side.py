@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from typing import Any
 
-from rtec.link._crc_kernels import seal
+from rtec.link._crc_kernels import sealed
 from rtec.link._frame_kernels import AXIS_BITS
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.messages import Kind
@@ -139,7 +139,7 @@ def resealed(frame: Frame, changes: dict[int, int]) -> Frame:
         return frame
 
     def right(data: bytes) -> int:
-        return int(seal(frame.identifier, int.from_bytes(data, "little", signed=True))) & 0xFF
+        return int(sealed(frame.identifier, int.from_bytes(data, "little", signed=True))) & 0xFF
 
     data = bytearray(frame.data)
     wrong_by = data[0] ^ right(bytes(data))

@@ -14,7 +14,8 @@ from rtec._jit import Record, helper, step
 from rtec.injector._kernels import injector_enable, injector_power
 from rtec.link._bus_kernels import CABLE_AFFECTED, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_AFFECTED, fire
 from rtec.machine._firmware_kernels import power_firmware, set_inputs
-from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start, node_trip
+from rtec.requester._box_kernels import box_trip
+from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start
 from rtec.signal._kernels import NEVER
 
 PC_PLACE = 0
@@ -53,7 +54,7 @@ def throw_switch(st: Record, box: Any, t_ps: int) -> None:
 def trip_probe(st: Record, box: Any, t_ps: int) -> None:
     """Let the probe trip."""
     if box is None:
-        node_trip(st.node, st.box_count)
+        box_trip(st.node.box, st.box_count)
     else:
         st.trip_ps = t_ps
         set_inputs(st, box[0], t_ps)

@@ -25,7 +25,7 @@ from rtec.machine._open_kernels import (
     see_board,
     see_box,
 )
-from rtec.machine._tape_kernels import has_room_for
+from rtec.machine._tape_kernels import has_room
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -79,7 +79,7 @@ def run_pieces(
         set_piece(p, 0.0, duration_ps[i] / PS_PER_S)
         while True:
             # all that is still to be asked for may come at rest, before the next edge
-            if left <= 0 or not has_room_for(tape, m.injector, asks_ps.size - at[ASKED]):
+            if left <= 0 or not has_room(tape, m.injector, asks_ps.size - at[ASKED]):
                 return False
             crossing_ps = next_crossing(e, p)
             if crossing_ps == NEVER:

@@ -146,12 +146,6 @@ def start(m: Record, count: int) -> None:
 
 
 @kernel
-def switch_on_controller(m: Record, ab: int) -> None:
-    """Let the receiver begin with the levels that the box drives."""
-    receiver_reset(m.receiver, ab)
-
-
-@kernel
 def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     """Move over the next ``edges`` lines at constant speed; return how many are left where the tape is full.
 
@@ -160,7 +154,7 @@ def run(m: Record, edges: int, board: Any, tape: Any) -> int:
     e = m.encoder
     left = edges
     while left > 0:
-        if tape is not None and not has_room(tape, m.injector):
+        if tape is not None and not has_room(tape, m.injector, 0):
             return left
         left -= 1
         crossing_ps = steady_crossing(e)

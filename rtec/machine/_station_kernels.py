@@ -32,8 +32,8 @@ from rtec.machine._firmware_kernels import turn_firmware, zero_firmware
 from rtec.machine._kept_kernels import put_aside
 from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliver_lines, fault_at_axis
 from rtec.machine._servo_kernels import servo_tick
-from rtec.requester._box_kernels import RUNNING
-from rtec.requester._box_node_kernels import box_receive, box_start, holds_machine
+from rtec.requester._box_kernels import FATAL, RUNNING
+from rtec.requester._box_node_kernels import box_receive, box_start
 from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
 from rtec.signal._kernels import NEVER
 
@@ -41,7 +41,7 @@ from rtec.signal._kernels import NEVER
 @step
 def is_held(st: Record) -> bool:
     """Return whether the machine is held: by the PC, by the box's open contact, or by the controller's own alarm."""
-    return bool(st.pc_holds == 1 or st.powered == 0 or st.alarm != NO_ALARM or holds_machine(st.node))
+    return bool(st.pc_holds == 1 or st.powered == 0 or st.alarm != NO_ALARM or st.node.box.state == FATAL)
 
 
 @step
@@ -296,12 +296,6 @@ def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
     st.trip_ps = -NEVER
     st.powered = 1
     st.starts = 1
-
-
-@kernel
-def switch_on_controller(st: Record, ab: int) -> None:
-    """Let the controller begin with the levels that a running firmware drives."""
-    receiver_reset(st.receiver, ab)
 
 
 @kernel

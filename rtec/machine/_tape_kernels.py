@@ -27,16 +27,10 @@ def rows_ahead(s: Record) -> int:
 
 
 @step
-def has_room_for(tape: Any, s: Record, asks: int) -> bool:
+def has_room(tape: Any, s: Record, asks: int) -> bool:
     """Return whether the next edge fits on the tape, with so many requests before it."""
     rows, used = tape
     return bool(rows.shape[0] == 0 or used[0] + rows_ahead(s) + asks * (s.changes + 4) <= rows.shape[0])
-
-
-@step
-def has_room(tape: Any, s: Record) -> bool:
-    """Return whether the next edge fits on the tape."""
-    return has_room_for(tape, s, 0)
 
 
 @step

@@ -9,6 +9,7 @@ import numpy as np
 
 from rtec._jit import Record, by_address, new_record, prepared
 from rtec.axis.plant import bound_plant
+from rtec.controller._kernels import reset as reset_receiver
 from rtec.errors import ArgumentError
 from rtec.link._bus_kernels import FAULT
 from rtec.machine import _line_kernels, _station_kernels
@@ -63,7 +64,7 @@ class Axes:
             state.repeats = 0 if lines_of(moves) else 1
             _station_kernels.start(state, start_ps, first_ps[i], sessions[i])
             if boxes:
-                _station_kernels.switch_on_controller(state, boxes[i].board.state.ab_out)
+                reset_receiver(state.receiver, boxes[i].board.state.ab_out)
         self._plant = _plant_of(settings)
         self.follow(moves)
         fault = new_record(FAULT)

@@ -18,12 +18,13 @@ from rtec.axis.plant import bound_plant
 from rtec.board import Microcontroller
 from rtec.checks import number_within
 from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
+from rtec.controller._kernels import reset as reset_receiver
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
 from rtec.link.simulated import FaultActivation, activations_of
-from rtec.machine import _loop_kernels, _station_kernels
+from rtec.machine import _loop_kernels
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import (
     Fault,
@@ -291,7 +292,7 @@ def run_machine(
     firmware = machine.firmware_box()
     box = None if firmware is None else firmware.of(state)
     if firmware is not None:
-        _station_kernels.switch_on_controller(state, firmware.board.state.ab_out)
+        reset_receiver(state.receiver, firmware.board.state.ab_out)
         state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
     state.skipping = int(skip_rest)
     total_ps = end_ps(motion)

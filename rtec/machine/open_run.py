@@ -13,6 +13,7 @@ import numpy as np
 from rtec._jit import Record
 from rtec.axis.encoder import crosses_evenly
 from rtec.board import Board
+from rtec.controller._kernels import reset as reset_receiver
 from rtec.controller.receiver import result_of
 from rtec.injector.box import insertions_of
 from rtec.machine import _ahead_kernels, _open_kernels
@@ -85,7 +86,7 @@ def box_of(state: Record, board: Board | None) -> Any:
     """Return the box with its firmware as the kernel wants it, its lines where the controller begins to count."""
     if board is None:
         return None
-    _open_kernels.switch_on_controller(state, board.state.ab_out)
+    reset_receiver(state.receiver, board.state.ab_out)
     return board.state, board.cpu.loop, *board.cpu.arrays, np.zeros((0, 3), np.int64)
 
 

@@ -13,19 +13,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtec._jit import Record, helper, step
+from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import (
-    AXIS_BITS,
-    CORRECTIONS,
-    ENABLE,
-    EXPECTED,
-    HOLD,
-    POSITION,
-    PROBE,
-    REQUEST,
-    RESET,
-    SETUP,
-    STATUS,
     request_agrees,
     request_flags,
     request_requester,
@@ -36,20 +26,8 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, mailbox_reset, post
 from rtec.link._outbox_kernels import DISORDERED, IN_ORDER, OUTBOX, REPEATED, order_of
-from rtec.requester._box_kernels import (
-    AXIS_TAKEN,
-    BOX,
-    FATAL,
-    GO_HOME,
-    HELD,
-    IMPLAUSIBLE,
-    LARGE_CORRECTION,
-    NOT_HOMED,
-    RUNNING,
-    SETUP_DIFFERS,
-    box_reset,
-    box_trip,
-)
+from rtec.requester import _box_kernels as box
+from rtec.requester._box_kernels import BOX, box_reset
 from rtec.signal._kernels import NEVER
 
 BOX_NODE = np.dtype(
@@ -118,8 +96,8 @@ WORD_RIGHT, WORD_STALE, WORD_TORN = 0, 1, 2
 @step
 def box_fail(n: Record, code: int) -> None:
     """Stop for good; the first reason is kept."""
-    if n.box.state != FATAL:
-        n.box.state = FATAL
+    if n.box.state != box.FATAL:
+        n.box.state = box.FATAL
         n.box.status = code
 
 
@@ -182,16 +160,16 @@ def take_expected(n: Record, t_ps: int, payload: int) -> None:
     n.expected = setup_word(payload)
     n.expected_ps = t_ps
     if setup_differs(n, t_ps):
-        if n.box.state == NOT_HOMED:
+        if n.box.state == box.NOT_HOMED:
             mailbox_reset(n.down)  # also where the home command has come first
-        elif n.box.state == RUNNING:
-            box_fail(n, SETUP_DIFFERS)
+        elif n.box.state == box.RUNNING:
+            box_fail(n, box.SETUP_DIFFERS)
 
 
 @step
 def is_due(n: Record, payload: int, order: int) -> bool:
     """Return whether a request comes in order, from the PC in charge, and does not contradict itself."""
-    running = n.box.state == RUNNING
+    running = n.box.state == box.RUNNING
     if order != IN_ORDER and running:
         if order == REPEATED:
             n.repeated += 1
@@ -214,18 +192,18 @@ def take_home(n: Record, t_ps: int, flags: int, payload: int) -> None:
     """Take home where the axis is there; the PC that asks is in charge from now on."""
     n.heard_ps = t_ps
     n.judged = n.heard_sequence
-    if flags & GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
+    if flags & box.GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
         n.requester = request_requester(payload)
-        post(n.down, t_ps, 0, GO_HOME, 0, 0)
+        post(n.down, t_ps, 0, box.GO_HOME, 0, 0)
 
 
 @step
 def spent(n: Record, flags: int) -> int:
     """Return the flags without Large Correction where it has been used: it admits one change."""
-    if not flags & LARGE_CORRECTION:
+    if not flags & box.LARGE_CORRECTION:
         n.large_spent = 0
     elif n.large_spent == 1:
-        flags &= ~LARGE_CORRECTION  # the flag must be cleared before the next
+        flags &= ~box.LARGE_CORRECTION  # the flag must be cleared before the next
     return flags
 
 
@@ -244,13 +222,13 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     n.heard = 1
     n.heard_sequence = sequence_of(payload)
     n.requests += 1
-    if b.state == FATAL:
+    if b.state == box.FATAL:
         take_reset(n, t_ps, flags, order)
         return
-    if b.state == NOT_HOMED:
+    if b.state == box.NOT_HOMED:
         take_home(n, t_ps, flags, payload)
         return
-    if flags & GO_HOME or not flags & ENABLE:
+    if flags & box.GO_HOME or not flags & frame.ENABLE:
         return  # a request for nothing does not reset the watchdog: nobody knows the error of the axis then
     n.heard_ps = t_ps
     if t_ps - n.judged_ps < n.gap_ps:
@@ -261,7 +239,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
     flags = spent(n, flags)
     if n.limit_steps > 0 and abs(total) > n.limit_steps:
         b.refused += 1
-        box_fail(n, IMPLAUSIBLE)
+        box_fail(n, box.IMPLAUSIBLE)
         return
     post(n.down, t_ps, total, flags & 3, 0, 0)
 
@@ -269,7 +247,7 @@ def take_request(n: Record, t_ps: int, payload: int) -> None:
 @helper
 def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
     """Restart at the second consecutive request with Reset: a single stray frame must not restart the box."""
-    if not flags & RESET:
+    if not flags & frame.RESET:
         n.resets_requested = 0
     elif n.resets_requested == 1 and order == IN_ORDER:
         n.resets_requested = 0
@@ -290,34 +268,30 @@ def restart(n: Record, t_ps: int) -> None:
 @helper
 def box_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Take a frame from the bus."""
-    kind = identifier & ~AXIS_BITS
-    if identifier == HOLD:
+    kind = identifier & ~frame.AXIS_BITS
+    if identifier == frame.HOLD:
         if not is_sealed(identifier, payload):
             n.wrong_checksum += 1
-        elif n.box.state == RUNNING:
-            box_fail(n, HELD)
+        elif n.box.state == box.RUNNING:
+            box_fail(n, box.HELD)
         return
-    if identifier & AXIS_BITS != n.axis:
+    if identifier & frame.AXIS_BITS != n.axis:
         return  # another axis
-    if kind not in (REQUEST, EXPECTED, SETUP, STATUS, CORRECTIONS, POSITION, PROBE):
+    if kind not in (
+        frame.REQUEST,
+        frame.EXPECTED,
+        frame.SETUP,
+        frame.STATUS,
+        frame.CORRECTIONS,
+        frame.POSITION,
+        frame.PROBE,
+    ):
         n.foreign += 1
     elif not is_sealed(identifier, payload):
         n.wrong_checksum += 1
-    elif kind == REQUEST:
+    elif kind == frame.REQUEST:
         take_request(n, t_ps, payload)
-    elif kind == EXPECTED:
+    elif kind == frame.EXPECTED:
         take_expected(n, t_ps, payload)
     else:
-        box_fail(n, AXIS_TAKEN)  # another node sends under this box's identifiers
-
-
-@step
-def holds_machine(n: Record) -> bool:
-    """Return whether the box's hold contact is open."""
-    return bool(n.box.state == FATAL)
-
-
-@step
-def node_trip(n: Record, count: int) -> None:
-    """Latch the axis position at a probe trip."""
-    box_trip(n.box, count)
+        box_fail(n, box.AXIS_TAKEN)  # another node sends under this box's identifiers

@@ -7,37 +7,12 @@ changes.
 from __future__ import annotations
 
 from rtec._jit import Record, step
-from rtec.link._frame_kernels import (
-    AT_HOME,
-    CORRECTIONS,
-    HOLD_WANTED,
-    IS_PROBING,
-    POSITION,
-    PROBE,
-    SETUP,
-    STATUS,
-    SWITCH_ON,
-    pack_corrections,
-    pack_position,
-    pack_probe,
-    pack_setup,
-    pack_status,
-)
+from rtec.link import _frame_kernels as frame
+from rtec.link._frame_kernels import pack_corrections, pack_position, pack_probe, pack_setup, pack_status
 from rtec.link._kernels import mailbox_reset
 from rtec.link._outbox_kernels import put
-from rtec.requester._box_kernels import (
-    DRIVE_STOPPED,
-    ENCODER_FAULT,
-    FATAL,
-    LINK_LOST,
-    NOT_HOMED,
-    OK,
-    REFUSED_TOO_FAST,
-    RUNNING,
-    SETUP_DIFFERS,
-    STATUS_DISABLED,
-    box_tick,
-)
+from rtec.requester import _box_kernels as box
+from rtec.requester._box_kernels import box_tick
 from rtec.requester._box_node_kernels import WORD_STALE, WORD_TORN, box_fail, frames_refused, setup_differs
 
 
@@ -45,7 +20,7 @@ from rtec.requester._box_node_kernels import WORD_STALE, WORD_TORN, box_fail, fr
 def say_setup(n: Record) -> None:
     """Send the setup."""
     n.sequence_setup += 1
-    put(n.out, SETUP + n.axis, pack_setup(SETUP + n.axis, n.sequence_setup, n.setup))
+    put(n.out, frame.SETUP + n.axis, pack_setup(frame.SETUP + n.axis, n.sequence_setup, n.setup))
 
 
 @step
@@ -53,14 +28,14 @@ def say_status(n: Record, moments: int) -> None:
     """Send the status."""
     b = n.box
     flags = b.state
-    flags |= SWITCH_ON if b.switch_on == 1 else 0
-    flags |= IS_PROBING if b.probing == 1 else 0
-    flags |= HOLD_WANTED if b.state == FATAL else 0
-    flags |= AT_HOME if n.at_home == 1 else 0
+    flags |= frame.SWITCH_ON if b.switch_on == 1 else 0
+    flags |= frame.IS_PROBING if b.probing == 1 else 0
+    flags |= frame.HOLD_WANTED if b.state == box.FATAL else 0
+    flags |= frame.AT_HOME if n.at_home == 1 else 0
     n.sequence_status += 1
     frames = frames_refused(n)
     payload = pack_status(n.axis, n.sequence_status, n.code, flags, n.session, frames, b.refused, moments)
-    put(n.out, STATUS + n.axis, payload)
+    put(n.out, frame.STATUS + n.axis, payload)
     n.said_code = n.code
 
 
@@ -69,7 +44,7 @@ def say_corrections(n: Record, completed: int) -> None:
     """Send the totals completed and accepted."""
     n.sequence_corrections += 1
     payload = pack_corrections(n.axis, n.sequence_corrections, completed, n.box.accepted, n.session, n.judged)
-    put(n.out, CORRECTIONS + n.axis, payload)
+    put(n.out, frame.CORRECTIONS + n.axis, payload)
     n.said_completed = completed
 
 
@@ -92,9 +67,9 @@ def say_position(n: Record, count: int) -> None:
     right = count - n.box.zero
     word = word_of(n, right)
     n.position = word
-    valid = 1 if n.box.state != NOT_HOMED else 0
+    valid = 1 if n.box.state != box.NOT_HOMED else 0
     n.sequence_position += 1
-    put(n.out, POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, right))
+    put(n.out, frame.POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, right))
 
 
 @step
@@ -102,7 +77,7 @@ def say_trip(n: Record) -> None:
     """Send the probe latch."""
     n.sequence_probe += 1
     payload = pack_probe(n.axis, n.sequence_probe, n.box.trip_position, n.box.trips, n.session)
-    put(n.out, PROBE + n.axis, payload)
+    put(n.out, frame.PROBE + n.axis, payload)
     n.said_trips = n.box.trips
 
 
@@ -113,19 +88,19 @@ def box_check_watchdog(n: Record, t_ps: int, illegal: int, stopped: bool) -> Non
     ``illegal`` counts the changes of both lines at once that the box's own decoder saw; ``stopped`` is the contact by
     which the controller says that it has stopped the drive.
     """
-    if n.box.state == RUNNING:
+    if n.box.state == box.RUNNING:
         if t_ps - n.heard_ps > n.watchdog_ps:
-            box_fail(n, LINK_LOST)
+            box_fail(n, box.LINK_LOST)
         elif illegal > 0:
-            box_fail(n, ENCODER_FAULT)
+            box_fail(n, box.ENCODER_FAULT)
         elif stopped:
-            box_fail(n, DRIVE_STOPPED)
+            box_fail(n, box.DRIVE_STOPPED)
 
 
 @step
 def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
     """Let the box take its reading and check the request."""
-    if n.box.state == NOT_HOMED and n.at_home == 0:
+    if n.box.state == box.NOT_HOMED and n.at_home == 0:
         mailbox_reset(n.down)  # the axis has left home since it was told to take it
     box_tick(n.box, n.down, n.up, t_ps, count, completed)
 
@@ -135,13 +110,13 @@ def judge_status(n: Record, t_ps: int, completed: int, moments: int) -> None:
     """See which status code the box is in, as far as the bus is concerned."""
     b = n.box
     n.code = b.status
-    if b.status == OK and b.state == RUNNING and completed != b.accepted and moments != n.said_moments:
-        n.code = REFUSED_TOO_FAST
+    if b.status == box.OK and b.state == box.RUNNING and completed != b.accepted and moments != n.said_moments:
+        n.code = box.REFUSED_TOO_FAST
     kept_back = completed != b.accepted or n.down.word0 != b.accepted
-    if b.state == RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
-        n.code = STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
-    elif b.state == NOT_HOMED and setup_differs(n, t_ps):
-        n.code = SETUP_DIFFERS
+    if b.state == box.RUNNING and b.switch_on == 0 and b.probing == 0 and kept_back:
+        n.code = box.STATUS_DISABLED  # also where a total of zero is what the switch keeps it from
+    elif b.state == box.NOT_HOMED and setup_differs(n, t_ps):
+        n.code = box.SETUP_DIFFERS
 
 
 @step
@@ -174,7 +149,7 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
     if due:
         n.said_moments = moments
     due = due or homed  # the PC waits for the home position, and the axis may move on any time
-    if due or (n.code != n.said_code and REFUSED_TOO_FAST not in (n.code, n.said_code)):
+    if due or (n.code != n.said_code and box.REFUSED_TOO_FAST not in (n.code, n.said_code)):
         say_status(n, moments)
     if due or (completed == b.accepted and completed != n.said_completed):
         say_corrections(n, completed)
@@ -182,5 +157,5 @@ def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> N
         say_trip(n)
     if due:
         say_position(n, count)
-        if n.setup != 0 and (homed or b.state == NOT_HOMED):
+        if n.setup != 0 and (homed or b.state == box.NOT_HOMED):
             say_setup(n)

@@ -18,15 +18,7 @@ import numpy as np
 from rtec._jit import Record, step
 from rtec.link._kernels import deliver, post
 from rtec.predictors._kernels import AXES, DIRECTION, POSITION, SENSORS, TIME, VELOCITY
-from rtec.requester._box_kernels import (
-    GO_HOME,
-    I_DONT_BELIEVE_YOU,
-    I_STILL_DONT_BELIEVE_YOU,
-    LARGE_CORRECTION,
-    OK,
-    PROBING,
-    STATUS_NOT_HOMED,
-)
+from rtec.requester import _box_kernels as box
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -113,10 +105,10 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     p.completed = up.word1
     p.accepted = up.word2
     p.status = up.word3
-    if p.status == I_STILL_DONT_BELIEVE_YOU or (p.state == ACTIVE and p.status == STATUS_NOT_HOMED):
+    if p.status == box.I_STILL_DONT_BELIEVE_YOU or (p.state == ACTIVE and p.status == box.STATUS_NOT_HOMED):
         p.state = HOLD  # a box without a home has restarted and lost its totals
         return False
-    if p.state == WAITING and p.status != STATUS_NOT_HOMED and up.word0 == p.home_count:
+    if p.state == WAITING and p.status != box.STATUS_NOT_HOMED and up.word0 == p.home_count:
         p.state = ACTIVE
         p.extreme = up.word0
         p.sent = p.accepted
@@ -151,7 +143,7 @@ def pc_start(p: Record, down: Record, t_ps: int) -> None:
     """Command the box to take the present position of the axis as home; nothing else happens before it answers."""
     if p.state == WAITING and t_ps - p.commanded_ps >= p.period_ps:
         p.commanded_ps = t_ps
-        post(down, t_ps, 0, GO_HOME, 0, 0)
+        post(down, t_ps, 0, box.GO_HOME, 0, 0)
 
 
 @step
@@ -170,20 +162,20 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     goal = min(max(p.target, -p.word_limit), p.word_limit)
     p.beyond_word = abs(p.target - goal)
     p.beyond_word_max = max(p.beyond_word_max, p.beyond_word)
-    flags = PROBING if p.probing == 1 else 0
-    sampled = p.accepted == p.sent and p.status == OK
-    doubted = p.status == I_DONT_BELIEVE_YOU and p.large_sent == 0 and abs(p.sent - p.accepted) > p.window
+    flags = box.PROBING if p.probing == 1 else 0
+    sampled = p.accepted == p.sent and p.status == box.OK
+    doubted = p.status == box.I_DONT_BELIEVE_YOU and p.large_sent == 0 and abs(p.sent - p.accepted) > p.window
     if p.probing == 0 and (sampled or doubted):
         if p.large_meant == 1:
             p.sent = goal
             if abs(goal - p.accepted) > p.window:
-                flags |= LARGE_CORRECTION
+                flags |= box.LARGE_CORRECTION
             p.large_meant = 0
         else:
             p.sent = min(max(goal, p.accepted - p.window), p.accepted + p.window)
     elif p.accepted != p.sent and p.large_sent == 1:
-        flags |= LARGE_CORRECTION
-    p.large_sent = 1 if flags & LARGE_CORRECTION else 0
+        flags |= box.LARGE_CORRECTION
+    p.large_sent = 1 if flags & box.LARGE_CORRECTION else 0
     p.requests += 1
     post(down, t_ps, p.sent, flags, 0, 0)
 
@@ -194,7 +186,7 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.next_ps = first_ps
     p.slot_ps = first_ps
     p.state = WAITING
-    p.status = STATUS_NOT_HOMED
+    p.status = box.STATUS_NOT_HOMED
     p.position = 0
     p.completed = 0
     p.accepted = 0

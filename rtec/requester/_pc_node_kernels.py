@@ -10,18 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtec._jit import Record, helper, kernel, step
+from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import (
-    AXIS_BITS,
-    CORRECTIONS,
-    COUNTED_BITS,
-    EXPECTED,
-    HOLD,
-    POSITION,
-    PROBE,
-    REQUEST,
-    SETUP,
-    STATUS,
     corrections_accepted,
     corrections_completed,
     corrections_judged,
@@ -39,13 +30,8 @@ from rtec.link._frame_kernels import (
 )
 from rtec.link._kernels import MAILBOX, mailbox_reset
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of
-from rtec.requester._pc_kernels import (
-    ACTIVE,
-    HOLD as HOLDING,
-    PC,
-    WAITING,
-    pc_reset,
-)
+from rtec.requester import _pc_kernels as pc
+from rtec.requester._pc_kernels import PC, pc_reset
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -76,7 +62,15 @@ BEYOND_WORD = 22
 SETUP_DIFFERS = 23
 DRIVE_STOPPED = 24
 
-KINDS_HEARD = (SETUP, EXPECTED, STATUS, CORRECTIONS, POSITION, PROBE, REQUEST)
+KINDS_HEARD = (
+    frame.SETUP,
+    frame.EXPECTED,
+    frame.STATUS,
+    frame.CORRECTIONS,
+    frame.POSITION,
+    frame.PROBE,
+    frame.REQUEST,
+)
 
 MOST_DOUBTS = 2
 """Consecutive implausible positions that are tolerated: as many as the box tolerates totals outside the window."""
@@ -147,16 +141,16 @@ PC_NODE = np.dtype(
 )
 
 
-@step
+@kernel
 def pc_hold(n: Record, t_ps: int, reason: int) -> None:
     """Hold the machine; the first reason is kept."""
-    if n.pc.state != HOLDING:
-        n.pc.state = HOLDING
+    if n.pc.state != pc.HOLD:
+        n.pc.state = pc.HOLD
         n.reason = reason
         n.held_ps = t_ps
 
 
-@step
+@kernel
 def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     """Switch the PC on; nothing is received yet, and its frames are numbered from ``sequence`` on."""
     pc_reset(n.pc, t_ps)
@@ -190,7 +184,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
 @step
 def follows(n: Record, has: int, last: int, payload: int) -> bool:
     """Return whether a frame follows the last one of its kind."""
-    if has == 0 or n.pc.state == WAITING:
+    if has == 0 or n.pc.state == pc.WAITING:
         return True
     if order_of(last, sequence_of(payload)) == IN_ORDER:
         return True
@@ -210,7 +204,7 @@ def take_setup(n: Record, t_ps: int, payload: int) -> None:
 def take_status(n: Record, t_ps: int, payload: int) -> None:
     """Receive a status with a valid checksum."""
     session = status_session(payload)
-    if n.has_status == 1 and session != n.session and n.pc.state == ACTIVE:
+    if n.has_status == 1 and session != n.session and n.pc.state == pc.ACTIVE:
         pc_hold(n, t_ps, BOX_RESTARTED)
         return
     if not follows(n, n.has_status, n.status_sequence, payload):
@@ -232,7 +226,7 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
 def take_corrections(n: Record, t_ps: int, payload: int) -> None:
     """Receive totals with a valid checksum."""
     if n.has_status == 0 or corrections_session(payload) != n.session:
-        if n.pc.state == ACTIVE:
+        if n.pc.state == pc.ACTIVE:
             pc_hold(n, t_ps, BOX_RESTARTED)
         return
     if not follows(n, n.has_corrections, n.corrections_sequence, payload):
@@ -244,7 +238,7 @@ def take_corrections(n: Record, t_ps: int, payload: int) -> None:
     n.accepted = corrections_accepted(payload)
     n.judged = corrections_judged(payload)
     p = n.pc
-    if p.state == ACTIVE and n.accepted != p.sent and n.accepted != p.accepted and n.accepted != n.last_total:
+    if p.state == pc.ACTIVE and n.accepted != p.sent and n.accepted != p.accepted and n.accepted != n.last_total:
         pc_hold(n, t_ps, COMPLETED_WRONG)  # a total that this PC has not asked for
     if n.completed == n.accepted:
         n.open_ps = NEVER
@@ -264,11 +258,13 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     sequence = sequence_of(payload)
     position = position_of(payload)
     valid = position_valid(payload)
-    if n.has_position == 1 and n.pc.state == ACTIVE and valid == 1:
+    if n.has_position == 1 and n.pc.state == pc.ACTIVE and valid == 1:
         # two frames may arrive closer together than they were sent
         far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / PS_PER_S) + 2.0
         # a frozen or torn word disagrees with the position that the box sums up in parallel
-        if abs(position - n.position) > far or (position - position_counted(payload)) & ((1 << COUNTED_BITS) - 1):
+        if abs(position - n.position) > far or (position - position_counted(payload)) & (
+            (1 << frame.COUNTED_BITS) - 1
+        ):
             n.implausible += 1
             n.doubts += 1
             n.position_sequence = sequence
@@ -304,44 +300,26 @@ def take_hold(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         n.wrong_checksum += 1
 
 
-@helper
+@kernel
 def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Take a frame from the bus."""
-    kind = identifier & ~AXIS_BITS
-    if identifier == HOLD:
+    kind = identifier & ~frame.AXIS_BITS
+    if identifier == frame.HOLD:
         take_hold(n, t_ps, identifier, payload)
         return
-    if identifier & AXIS_BITS != n.axis or kind not in KINDS_HEARD:
+    if identifier & frame.AXIS_BITS != n.axis or kind not in KINDS_HEARD:
         return
     if not is_sealed(identifier, payload):
         n.wrong_checksum += 1
-    elif kind == SETUP:
+    elif kind == frame.SETUP:
         take_setup(n, t_ps, payload)
-    elif kind == STATUS:
+    elif kind == frame.STATUS:
         take_status(n, t_ps, payload)
-    elif kind == CORRECTIONS:
+    elif kind == frame.CORRECTIONS:
         take_corrections(n, t_ps, payload)
-    elif kind == POSITION:
+    elif kind == frame.POSITION:
         take_position(n, t_ps, payload)
-    elif kind in (REQUEST, EXPECTED):
+    elif kind in (frame.REQUEST, frame.EXPECTED):
         pc_hold(n, t_ps, ANOTHER_PC)
     else:
         take_probe(n, payload)
-
-
-@kernel
-def start(n: Record, t_ps: int, sequence: int) -> None:
-    """Switch the PC on from outside."""
-    pc_node_start(n, t_ps, sequence)
-
-
-@kernel
-def receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
-    """Hand the PC a frame from outside."""
-    pc_receive(n, t_ps, identifier, payload)
-
-
-@kernel
-def hold(n: Record, t_ps: int, reason: int) -> None:
-    """Hold the machine from outside."""
-    pc_hold(n, t_ps, reason)

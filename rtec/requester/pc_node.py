@@ -151,7 +151,7 @@ class PcNode:
         node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
         self._margin_mm = number_within("margin_mm", margin_mm, 0.0, 1e3, unit="mm")
         self.predict_by(predictor)
-        _pc_node_kernels.start(node, start_ps, whole_within("first_sequence", first_sequence, 0, 255))
+        _pc_node_kernels.pc_node_start(node, start_ps, whole_within("first_sequence", first_sequence, 0, 255))
 
     def predict_by(self, predictor: Model) -> None:
         """Take another predictor from now on; home has to lie in its range."""
@@ -185,7 +185,7 @@ class PcNode:
     def receive(self, frame: Frame, *, at_ps: int) -> None:
         """Receive a frame from the bus; other messages are ignored."""
         if len(frame.data) == PAYLOAD_BYTES and not frame.extended:
-            _pc_node_kernels.receive(self._node, at_ps, frame.identifier, frame.payload)
+            _pc_node_kernels.pc_receive(self._node, at_ps, frame.identifier, frame.payload)
 
     def turn(self, *, at_ps: int) -> list[Frame]:
         """Take a turn; return the frames to send."""
@@ -197,7 +197,7 @@ class PcNode:
 
     def hold(self, reason: HoldReason, *, at_ps: int) -> None:
         """Hold the machine for a reason of the caller; the first reason is kept."""
-        _pc_node_kernels.hold(self._node, at_ps, int(reason))
+        _pc_node_kernels.pc_hold(self._node, at_ps, int(reason))
 
     def allow_large_correction(self) -> None:
         """Let the next request exceed the window, once (restart with a hot machine)."""

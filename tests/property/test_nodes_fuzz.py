@@ -278,7 +278,7 @@ class PcUnderFire:
     def start(self):
         """Switch PC and box on again, the box at home."""
         draw = self.mutator.draw
-        _pc_node_kernels.start(self.node, self.now_ps + MS, draw.randrange(256))
+        _pc_node_kernels.pc_node_start(self.node, self.now_ps + MS, draw.randrange(256))
         self.session = (self.session + 1) % 256
         self.running = False
         self.accepted = 0
@@ -307,7 +307,7 @@ class PcUnderFire:
 
     def hand(self, identifier, data):
         self.rules.hear(identifier, data, waiting=self.state == PcState.WAITING)
-        _pc_node_kernels.receive(self.node, self.now_ps, identifier, number(data))
+        _pc_node_kernels.pc_receive(self.node, self.now_ps, identifier, number(data))
 
     def turn(self):
         self.now_ps = int(self.next_ps)

@@ -55,7 +55,7 @@ def test_the_newest_states_stay(tmp_path):
 
 
 def test_a_copy_of_the_sources_loads_what_was_compiled_elsewhere(tmp_path):
-    script = "from rtec.link._crc_kernels import seal; seal(1, 2); print(sum(seal.stats.cache_misses.values()))"
+    script = "from rtec.link._crc_kernels import sealed; sealed(1, 2); print(sum(sealed.stats.cache_misses.values()))"
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "code")}
     environment.pop("NUMBA_DISABLE_JIT", None)
     misses = []

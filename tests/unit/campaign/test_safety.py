@@ -128,7 +128,7 @@ def test_the_monitor_holds_against_the_table_by_hand():
     cell.monitor(until_ps=3 * S)
     axis = cell.monitored[0]
     true_mm = cell.true_count(1) * 0.001
-    assert axis.total_steps == 9
+    assert cell.axes[0].view.requested == 9
     table_um = np.interp(true_mm, [1.5, 2.0], 20.0 * np.sin([1.5, 2.0]))  # a line from 0.5 mm to 0.5 mm
     assert axis.asked_counts == pytest.approx(18.0 - table_um, abs=1e-6)
     assert (axis.off_counts, axis.uninserted_counts, axis.stopped_by) == (0, 0, Stopper.NOBODY)
@@ -153,7 +153,7 @@ def test_each_phase_is_what_it_says(phase, design):
         assert moving < 0.5
     elif phase is Phase.RAPID:
         assert moving > 100.0
-        assert station.gate_refused > 0
+        assert station.counters.gate_refused > 0
     elif phase is Phase.REVERSAL:
         assert moving < 1.0
     elif phase is Phase.PROBING:

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from rtec._jit import new_record
 from rtec.link import _bus_kernels as bus_kernels
-from rtec.link._bus_kernels import ANY, BUS, FAULT, FRAME_BITS, next_delivery, reset, submit
+from rtec.link._bus_kernels import ANY, BUS, FAULT, FRAME_BITS, bus_reset, bus_submit, next_delivery
 from rtec.link._frame_kernels import pack_corrections, pack_request, pack_status
 from rtec.signal._kernels import NEVER
 
@@ -33,7 +33,7 @@ def fault(kind, *, node=ANY, identifier=ANY, begin=0, end=1 << 60, most=1 << 60,
 def drive(frames, *faults):
     """Submit frames in order of time; return those delivered, and the bus and the faults as they are then."""
     bus = new_record(BUS)
-    reset(bus, BIT_PS)
+    bus_reset(bus, BIT_PS)
     records = np.rec.array(np.zeros(len(faults), dtype=FAULT))
     for record, values in zip(records, faults, strict=True):
         for name, value in values.items():
@@ -46,7 +46,7 @@ def drive(frames, *faults):
 
     for t_ps, node, identifier, payload in frames:
         collect(t_ps + 1)
-        submit(bus, records, node, t_ps, identifier, payload)
+        bus_submit(bus, records, node, t_ps, identifier, payload)
     collect(LAST_PS)
     return found, bus, records
 
@@ -123,7 +123,7 @@ def test_bus_is_that_of_the_oracle(steps, drawn):
     found, bus, records = drive(frames, *faults)
     oracle = Bus(BIT_PS, plain)
     for frame in frames:
-        oracle.submit(*frame)
+        oracle.bus_submit(*frame)
     oracle.run(LAST_PS)
     if bus.overrun:
         return  # the oracle's queues have no end
