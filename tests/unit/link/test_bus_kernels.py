@@ -123,7 +123,7 @@ def test_bus_is_that_of_the_oracle(steps, drawn):
     found, bus, records = drive(frames, *faults)
     oracle = Bus(BIT_PS, plain)
     for frame in frames:
-        oracle.bus_submit(*frame)
+        oracle.submit(*frame)
     oracle.run(LAST_PS)
     if bus.overrun:
         return  # the oracle's queues have no end
