@@ -64,11 +64,11 @@ def ticks_at_rest(
             bound_ps = min(bound_ps, begins_ps[r.next])
         elif r.begun_ps == NEVER and near_target(m, targets_mm, error):
             return 1  # the laser's timer starts now
-        elif r.begun_ps < NEVER:
-            half_ps = r.begun_ps + r.half_ps
-            bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
         else:
             bound_ps = min(bound_ps, ends_ps[r.next])
+            if r.begun_ps < NEVER:
+                half_ps = r.begun_ps + r.half_ps
+                bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
     return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
 
 

@@ -95,6 +95,25 @@ def test_skipping_at_rest_is_exact(machine, task):
     assert computed.ticks_skipped == 0
 
 
+def test_a_reading_that_is_cut_short_has_no_rest_beyond_its_end():
+    # the axis creeps until shortly before the dwell ends, sooner than the laser has looked for as long as it would
+    blocks = (
+        Dwell(seconds=0.05), Move(target_mm=1.0, feed_mm_s=1.0), Dwell(seconds=0.3046875),
+        Move(target_mm=1.0, feed_mm_s=1.0), Dwell(seconds=1.0),
+    )  # fmt: skip
+    motion = plan(Program(blocks=blocks), LIMITS)
+    task = MeasuringRun(
+        motion=motion, target_mm=np.ones(2), direction=np.ones(2, np.int8), run=np.arange(2),
+        begins_ps=motion.block_end_ps[[1, 3]], ends_ps=motion.block_end_ps[[2, 4]],
+    )  # fmt: skip
+    servo = Servo(gain_per_s=16.0, lag_s=0.0, deadband_counts=0.0)
+    machine = Machine(servo=servo, laser=Laser(window_mm=0.01, dwell_s=0.2))
+    skipped, computed = run_machine(machine, task), run_machine(machine, task, skip_rest=False)
+    assert skipped.ticks_skipped > 500
+    np.testing.assert_allclose(skipped.deviation_mm, computed.deviation_mm, rtol=0, atol=1e-14)
+    assert computed.deviation_mm[0] < computed.deviation_mm[1] - 0.0005
+
+
 @settings(max_examples=40, deadline=None)
 @given(machine=machines(), task=tasks())
 def test_controller_encoder_and_corrections_agree(machine, task):
