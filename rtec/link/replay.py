@@ -47,6 +47,7 @@ def replay(
 
     Examples
     --------
+    >>> from rtec.link.logs import Direction
     >>> from rtec.link.simulated import SimulatedBus
     >>> bus = SimulatedBus()
     >>> log = [Logged(frame=Frame(identifier=0x120 + k, data=b""), time_ps=k * 10**9, direction=Direction.SENT)
