@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -65,6 +66,14 @@ def words() -> tuple[int, int]:
     return prose, tables
 
 
+def additions_s() -> float:
+    """Return how long Python takes for 20 million additions: by it, machines of different speed can be compared."""
+    begun, total = time.perf_counter(), 0
+    for k in range(20_000_000):
+        total += k
+    return time.perf_counter() - begun
+
+
 def house(setting: Setting) -> Iterator[Figure]:
     """Count lines and words, and run the tests as the README says, on two cores."""
     command = "python tests/bench/figures_house.py"
@@ -79,6 +88,8 @@ def house(setting: Setting) -> Iterator[Figure]:
         bar=Bar(value=32_000, unit="in prose", at_most=True),
         command=command,
     )
+    scale_s = min(additions_s() for _ in range(3))
+    yield Figure(what="20 million additions in Python, for scale", measured=f"{scale_s:.2f} s", command=command)
     if setting.quick:
         return
     for what, shown, program, bar_min in (
