@@ -169,6 +169,11 @@ ELSEWHERE = (
     ("what real measurements leave", "pytest tests/recovery", "[real data](real-data.md)"),
     ("every fault in every phase, and a hundred hours", "rtec safety --soak 100h", "[safety](safety.md)"),
     (
+        "lines of Python that the tests reach, kernels apart",
+        "coverage run -m pytest; coverage combine; coverage report",
+        "98.3 % of 37 700",
+    ),
+    (
         "a million random and mutated frames into each node",
         "pytest -m sweep tests/property/test_nodes_fuzz.py",
         "passes, or shows the frame",
