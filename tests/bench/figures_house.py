@@ -1,4 +1,4 @@
-"""Figures of the house itself: its lines, the words of its documents, and how long its tests take.
+"""Figures of the house itself: its lines, the words of its pages, and how long its tests take.
 
 Example::
 
@@ -20,7 +20,6 @@ from figures import Bar, Figure, Setting, number, on_cores
 
 HOUSE = Path(__file__).resolve().parents[2]
 PACKAGES = ("firmware_model", "rtec")
-DOCUMENTS = ("README.md", "docs/**/*.md")
 KINDS = ("code", "docstrings", "comments", "blank")
 
 
@@ -52,9 +51,9 @@ def lines_by_room() -> dict[str, Counter[str]]:
 
 
 def words() -> tuple[int, int]:
-    """Return the words of the documents in prose and in tables; what stands in a fence is neither."""
+    """Return the words of the pages in prose and in tables; what stands in a fence is neither."""
     prose = tables = 0
-    for path in sorted({path for pattern in DOCUMENTS for path in HOUSE.glob(pattern)}):
+    for path in (HOUSE / "docs").rglob("*.md"):
         fenced = False
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.lstrip().startswith("```"):
@@ -82,7 +81,7 @@ def house(setting: Setting) -> Iterator[Figure]:
     yield Figure(what="Lines of the program", measured=f"{lines.total()}: {parts}", command=command)
     prose, tables = words()
     yield Figure(
-        what="Words of the documents, without code",
+        what="Words of docs/, without code",
         measured=f"{number(prose)} in prose, {number(tables)} in tables",
         value=prose,
         bar=Bar(value=32_000, unit="in prose", at_most=True),
@@ -108,7 +107,7 @@ def house(setting: Setting) -> Iterator[Figure]:
 
 
 def main() -> int:
-    """Print the lines of each room and the words of the documents."""
+    """Print the lines of each room and the words of the pages."""
     rooms = lines_by_room()
     rooms["total"] = sum(rooms.values(), Counter())
     rows = [["", *KINDS], *([room, *(lines[kind] for kind in KINDS)] for room, lines in rooms.items())]
