@@ -90,14 +90,15 @@ class Workshop:
         """
         self._programs = [program for program in self._programs if program.running]
         self._begun += 1
-        program = Program(command, said=self.folder / f"said-{self._begun % _MOST_AT_ONCE}", folder=folder)
+        said = self.folder / f"said-{self._begun % _MOST_AT_ONCE}"
+        program = Program(lambda out: _by_path(command(out)), said=said, folder=folder)
         self._programs.append(program)
         return program
 
     def _run(self, command: Sequence[str], said: Path, folder: Path | None, within_s: float) -> int | None:
         with said.open("wb") as file:
-            process = subprocess.Popen(  # noqa: S603 - a simulator, without a shell
-                command,
+            process = subprocess.Popen(  # noqa: S603 - a simulator, by its full path, without a shell
+                _by_path(command),
                 stdin=subprocess.DEVNULL,
                 stdout=file,
                 stderr=file,
@@ -115,6 +116,12 @@ class Workshop:
         finally:
             signal_group(process, signal.SIGKILL)
             process.wait()
+
+
+def _by_path(command: Sequence[str]) -> list[str]:
+    """Return a command with its program's full path: a name alone might be found in the folder that it runs in."""
+    program, *words = command
+    return [shutil.which(program) or program, *words]
 
 
 def _leave(_number: int, _frame: FrameType | None) -> None:

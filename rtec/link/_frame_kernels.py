@@ -20,6 +20,8 @@ POSITION = 0x300
 PROBE = 0x380
 """Identifiers: a message of axis n has n added. The lower the identifier, the sooner the bus carries it; so what
 a PC expects is there before its command to go home."""
+KINDS_OF_AXIS = (SETUP, EXPECTED, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
+"""All but the hold, which is for every axis."""
 
 MOST_AXES = 15
 AXIS_BITS = 0xF

@@ -179,10 +179,7 @@ class MessageSet:
         verdict = Verdict.RIGHT
         if int(sealed(identifier, payload)) != payload:
             verdict = Verdict.WRONG_CHECKSUM
-        elif (
-            kind == Kind.REQUEST
-            and int.from_bytes(data[2:4], "little") ^ int.from_bytes(data[4:6], "little") != 0xFFFF
-        ):
+        elif kind == Kind.REQUEST and data[4:6] != bytes(0xFF ^ byte for byte in data[2:4]):
             verdict = Verdict.CONTRADICTORY
         if kind == Kind.HOLD:
             axis = data[3]

@@ -16,7 +16,7 @@ _COUNTS = re.compile(rf"\s*({NUMBER})\s*(?:counts?(?:\s*/\s*rev|\s+per\s+rev\w*)
 _COUNTS_IN_WORDS = re.compile(rf"(?<![\w.])({NUMBER})\s*counts?\s*(?:/|per)\s*rev", re.IGNORECASE)
 _COUNT_PERIOD = re.compile(rf"\s*({NUMBER})\s*counts?\s*", re.IGNORECASE)
 _TEMPERATURE = re.compile(rf"\s*({NUMBER})\s*°?\s*(degc|degf|c|f|k|kelvin|celsius|fahrenheit)\s*", re.IGNORECASE)
-_KINDS: dict[str, Kind] = {"mm": LENGTH, "deg": ANGLE, "s": TIME}
+_KINDS: dict[str, Kind] = {"mm": LENGTH, "deg": ANGLE}
 _COLDEST_DEGC, _ROOM_DEGC = -273.15, 20.0
 
 
@@ -78,16 +78,28 @@ class AxisFacts:
             return None
         if position_unit == "count" and (match := _COUNT_PERIOD.fullmatch(text)) and float(match[1]) > 0.0:
             return float(match[1])
-        kinds = [_KINDS[position_unit]] if position_unit in ("mm", "deg") else [TIME, LENGTH, ANGLE]
-        for kind in kinds:
+        if position_unit in _KINDS:
+            return self._above_zero(key, text, _KINDS[position_unit])
+        for kind in (TIME, LENGTH, ANGLE):
             try:
                 value = parse_quantity(text, kind, name=key)
             except ArgumentError:
                 continue
             if value > 0.0:
                 return value if kind.unit == position_unit else None
-        example = {"mm": "6.35 mm, 0.25 inch, 20 um", "deg": "4 deg, 20 arcsec"}.get(position_unit, "6.35 mm, 4 deg")
-        raise self.wrong(key, f"a period above zero with its unit, in that of the position, such as {example}")
+        raise self.wrong(key, "a period above zero with its unit, such as 6.35 mm, 4 deg")
+
+    def _above_zero(self, key: str, text: str, kind: Kind) -> float:
+        try:
+            value = parse_quantity(text, kind, name=key)
+        except ArgumentError as error:
+            if key in self.given:
+                raise
+            problem = f"{key}: {error.value} {error.problem or 'is not valid'}"
+            raise FileFormatError(self.source, None, problem, error.allowed) from None
+        if value <= 0.0:
+            raise self.wrong(key, f"{'an' if kind is ANGLE else 'a'} {kind.name} above zero")
+        return value
 
     def reference_temperature_degc(self) -> float:
         """Return the reference temperature in degC, 20 where it is not stated."""

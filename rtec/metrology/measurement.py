@@ -157,7 +157,9 @@ class Measurement:
         >>> m.to_readings().direction.tolist()
         [1, 1, 1, -1, -1]
         """
-        positions = self.positions(AxisFacts(source=self.source, said=self.facts))
+        # words in other facts are a guess, which a search says and a test of positioning does not take
+        said = {key: text for key, text in self.facts.items() if key == "counts_per_rev"}
+        positions = self.positions(AxisFacts(source=self.source, said=said))
         have, unit = positions.values, positions.unit
         if "target" not in have or len(have) == 1:
             named = ", ".join([*(column.heading for column in self.columns.values()), *self.unknown])
@@ -168,7 +170,8 @@ class Measurement:
             allowed = f"a target with actual positions or deviations; {where}"
             raise FileFormatError(self.source, None, problem, allowed)
         if unit == "count":
-            problem = f"{self.columns['target'].heading} says nothing of length or angle"
+            heading = next(self.columns[name].heading for name in _POSITIONS if name in self.columns)
+            problem = f"{heading} says nothing of length or angle"
             raise FileFormatError(self.source, None, problem, "a line '# counts_per_rev: 8192'")
         target = have["target"]
         deviation = have["deviation"] if "deviation" in have else have["actual"] - target

@@ -277,15 +277,7 @@ def box_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
         return
     if identifier & frame.AXIS_BITS != n.axis:
         return  # another axis
-    if kind not in (
-        frame.REQUEST,
-        frame.EXPECTED,
-        frame.SETUP,
-        frame.STATUS,
-        frame.CORRECTIONS,
-        frame.POSITION,
-        frame.PROBE,
-    ):
+    if kind not in frame.KINDS_OF_AXIS:
         n.foreign += 1
     elif not is_sealed(identifier, payload):
         n.wrong_checksum += 1

@@ -62,16 +62,6 @@ BEYOND_WORD = 22
 SETUP_DIFFERS = 23
 DRIVE_STOPPED = 24
 
-KINDS_HEARD = (
-    frame.SETUP,
-    frame.EXPECTED,
-    frame.STATUS,
-    frame.CORRECTIONS,
-    frame.POSITION,
-    frame.PROBE,
-    frame.REQUEST,
-)
-
 MOST_DOUBTS = 2
 """Consecutive implausible positions that are tolerated: as many as the box tolerates totals outside the window."""
 
@@ -262,9 +252,8 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
         # two frames may arrive closer together than they were sent
         far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / PS_PER_S) + 2.0
         # a frozen or torn word disagrees with the position that the box sums up in parallel
-        if abs(position - n.position) > far or (position - position_counted(payload)) & (
-            (1 << frame.COUNTED_BITS) - 1
-        ):
+        apart = (position - position_counted(payload)) & ((1 << frame.COUNTED_BITS) - 1)
+        if abs(position - n.position) > far or apart != 0:
             n.implausible += 1
             n.doubts += 1
             n.position_sequence = sequence
@@ -307,7 +296,7 @@ def pc_receive(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     if identifier == frame.HOLD:
         take_hold(n, t_ps, identifier, payload)
         return
-    if identifier & frame.AXIS_BITS != n.axis or kind not in KINDS_HEARD:
+    if identifier & frame.AXIS_BITS != n.axis or kind not in frame.KINDS_OF_AXIS:
         return
     if not is_sealed(identifier, payload):
         n.wrong_checksum += 1

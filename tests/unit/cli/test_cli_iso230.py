@@ -158,7 +158,8 @@ def test_nothing_stated_is_said_plainly(written, capsys):
         ([], ["--off-reference", "3 um"], "rtec: --off-reference: '3 um' is not valid"),
         (["# eve: much"], [], "x.csv: eve: 'much' is not valid"),
         (["# screw_pitch: 5 turns"], [], "x.csv: screw_pitch"),
-        ([], ["--period", "-5 mm"], "rtec: --period: '-5 mm' is not valid"),
+        ([], ["--period", "-5 mm"], "rtec: --period: '-5 mm' is not valid; use a length above zero"),
+        ([], ["--period", "5"], "rtec: --period: '5' has no unit; use a length with its unit, such as"),
         ([], ["--unit", "arcsec"], "rtec: --unit: 'arcsec'"),
     ],
 )
@@ -167,6 +168,18 @@ def test_wrong_facts_and_options_are_one_line(written, capsys, facts, arguments,
     assert (code, out) == (2, "")
     assert words in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("fact", "heading"),
+    [("", "target_count,deviation_count"), ("", "actual_count,deviation_count"),
+     ("# encoder: 8192 counts/rev", "target_count,deviation_count")],
+)  # fmt: skip
+def test_counts_of_unknown_size_are_refused(written, capsys, fact, heading):
+    code, out, err = run(capsys, written("c.csv", [fact, f"{heading},direction,run", "100,3,1,1", "200,4,1,1"]))
+    first = heading.partition(",")[0]
+    assert (code, out) == (2, "")
+    assert f"c.csv: {first} says nothing of length or angle; use a line '# counts_per_rev: 8192'" in err
 
 
 def test_facts_of_a_linear_axis_are_left_alone_on_a_rotary_one(written, capsys):

@@ -361,7 +361,17 @@ def test_command_leaves_its_errors_to_the_caller(csv_file, arguments, error, wor
 
 
 def test_wrong_pitch_in_the_file_is_named_with_the_file(csv_file):
-    csv_file.write_text(CSV.replace("5 mm", "5 turns"))
+    wrong = CSV.replace("5 mm", "5 turns")
+    csv_file.write_text(wrong)
     with pytest.raises(FileFormatError, match=r"x\.csv: screw_pitch: '5 turns'"):
         CliRunner().invoke(app, [str(csv_file)], catch_exceptions=False)
-    assert CliRunner().invoke(app, [str(csv_file), "--period", "5 mm"]).exit_code == 0
+    documents = []
+    for text, words in (
+        (CSV, []),
+        (CSV.replace("5 mm", "5 turns"), ["--period", "5 mm"]),
+        (CSV, ["--period", "4 mm"]),
+    ):
+        csv_file.write_text(text)
+        documents.append(json.loads(CliRunner().invoke(app, [str(csv_file), "--json", *words]).stdout))
+    stated, given, other = ({key: each for key, each in one.items() if "cyclic" in key} for one in documents)
+    assert stated == given != other
