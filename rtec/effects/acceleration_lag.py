@@ -27,7 +27,7 @@ class AccelerationLag(Effect):
     name = "acceleration_lag"
     over = Over.ACCELERATION
     needs = "moving data with accelerations"
-    lacks = (no_acceleration,)
+    data_checks = (no_acceleration,)
     rivals = (Rival("scale", experiments.TWO_STROKES),)
     card = Card(
         title="Acceleration lag",

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Rival, Shape
 
 LEAST_EACH_WAY = 0.05
 """Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
@@ -33,7 +33,7 @@ class AsymmetricFriction(Effect):
     observable = Observable.DRIVE
     builds_on = frozenset({"viscous"})
     amplitude = "asymmetry"
-    amplitude_unit = "per_speed"
+    amplitude_per = Per.SPEED
     needs = "motion in both directions"
     rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
     card = Card(

@@ -28,7 +28,7 @@ class Backlash(Effect):
     name = "backlash"
     over = Over.REVERSAL
     needs = "both directions"
-    lacks = (one_way,)
+    data_checks = (one_way,)
     rivals = (
         Rival("servo_lag", experiments.THREE_FEEDS),
         Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading

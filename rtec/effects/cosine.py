@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Card, Effect, Rival, Shape
+from rtec.effects.protocol import Card, Effect, Per, Rival, Shape
 
 
 class Cosine(Effect):
@@ -26,10 +26,10 @@ class Cosine(Effect):
 
     name = "cosine"
     is_adjective = True
-    amplitude_unit = "per_length"
+    amplitude_per = Per.LENGTH
     needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
-    lacks = (one_place,)
+    data_checks = (one_place,)
     rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
     card = Card(
         title="Cosine error of the laser",

@@ -35,7 +35,7 @@ class DeadPath(Effect):
     needs = "a pressure column, with air temperature and humidity where there are any"
     shape_type = SensorShape
     in_time = True
-    lacks = (no_weather,)
+    data_checks = (no_weather,)
     rivals = (
         Rival("refraction", experiments.NEAR_AND_FAR),
         Rival("thermal_shift", experiments.OTHER_WEATHER),

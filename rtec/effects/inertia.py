@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Rival, Shape
 
 
 class Inertia(Effect):
@@ -26,10 +26,10 @@ class Inertia(Effect):
     name = "inertia"
     over = Over.ACCELERATION
     observable = Observable.DRIVE
-    amplitude_unit = "per_acceleration"
+    amplitude_per = Per.ACCELERATION
     needs = "moving data with accelerations"
     not_negative = True
-    lacks = (no_acceleration,)
+    data_checks = (no_acceleration,)
     rivals = (
         Rival("cogging", experiments.TWO_STROKES),
         Rival("gravity", experiments.TWO_STROKES),

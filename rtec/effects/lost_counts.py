@@ -52,7 +52,7 @@ class LostCounts(ScannedEffect):
     shape_type = StepShape
     in_time = True
     at_most = 3
-    lacks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
     rivals = (
         Rival("backlash", experiments.REPEAT_CYCLES),
         Rival("drift", experiments.INDEX_OFTEN),

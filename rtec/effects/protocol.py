@@ -131,6 +131,19 @@ class Card:
     """Paper, section, equation or table; docs/references.md has them in full."""
 
 
+class Per(enum.Enum):
+    """What an amplitude goes with, so that its unit is that of what is observed per unit of it."""
+
+    NOTHING = enum.auto()
+    LENGTH = enum.auto()
+    SPEED = enum.auto()
+    ACCELERATION = enum.auto()
+    KELVIN = enum.auto()
+
+
+_OF_LINEAR_AXES = {("mm", Per.LENGTH): ("um/m", 1e6), ("n", Per.ACCELERATION): ("kg", 1e3)}
+
+
 @dataclass(frozen=True, slots=True)
 class Units:
     """Units inside of what is observed (``mm``, ``deg``, ``n``, ``a``, ``nm``, ``v``), of position, time and load.
@@ -139,11 +152,11 @@ class Units:
     --------
     >>> Units("mm", "mm", "s").shown, Units("n", "mm", "s").shown
     (('um', 1000.0), ('N', 1.0))
-    >>> Units("mm", "mm", "s").per_length, Units("deg", "deg", "s").per_length
+    >>> Units("mm", "mm", "s").per(Per.LENGTH), Units("deg", "deg", "s").per(Per.LENGTH)
     (('um/m', 1000000.0), ('arcsec/deg', 3600.0))
-    >>> Units("n", "mm", "s").per_speed, Units("a", "deg", "s").per_speed
+    >>> Units("n", "mm", "s").per(Per.SPEED), Units("a", "deg", "s").per(Per.SPEED)
     (('N/(m/s)', 1000.0), ('A/(deg/s)', 1.0))
-    >>> Units("n", "mm", "s").per_acceleration, Units("a", "deg", "s").per_acceleration
+    >>> Units("n", "mm", "s").per(Per.ACCELERATION), Units("a", "deg", "s").per(Per.ACCELERATION)
     (('kg', 1000.0), ('A/(deg/s^2)', 1.0))
     """
 
@@ -157,33 +170,20 @@ class Units:
         """Unit in which what is observed is shown, and the factor to it."""
         return _SHOWN.get(self.observed, (self.observed.upper(), 1.0))
 
-    @property
-    def per_length(self) -> tuple[str, float]:
-        """Unit in which what is observed per position is shown, and the factor to it."""
-        if self.observed == self.position == "mm":
-            return "um/m", 1e6
+    def per(self, quantity: Per) -> tuple[str, float]:
+        """Return the unit in which what is observed per quantity is shown, and the factor to it."""
+        linear = self.position == "mm"
+        if linear and (self.observed, quantity) in _OF_LINEAR_AXES:
+            return _OF_LINEAR_AXES[self.observed, quantity]
+        below, scale = {
+            Per.NOTHING: ("", 1.0),
+            Per.LENGTH: (f"/{self.position}", 1.0),
+            Per.SPEED: ("/(m/s)", 1e3) if linear else (f"/({self.speed})", 1.0),
+            Per.ACCELERATION: ("/(m/s^2)", 1e3) if linear else (f"/({self.position}/s^2)", 1.0),
+            Per.KELVIN: ("/K", 1.0),
+        }[quantity]
         unit, factor = self.shown
-        return f"{unit}/{self.position}", factor
-
-    @property
-    def per_speed(self) -> tuple[str, float]:
-        """Unit in which what is observed per speed is shown, and the factor to it: N/(m/s) on a linear axis."""
-        unit, factor = self.shown
-        return (f"{unit}/(m/s)", 1e3 * factor) if self.position == "mm" else (f"{unit}/({self.speed})", factor)
-
-    @property
-    def per_acceleration(self) -> tuple[str, float]:
-        """Unit of what is observed per acceleration, and the factor to it: kg for forces on a linear axis."""
-        unit, factor = self.shown
-        if self.position != "mm":
-            return f"{unit}/({self.position}/s^2)", factor
-        return ("kg", 1e3) if self.observed == "n" else (f"{unit}/(m/s^2)", 1e3 * factor)
-
-    @property
-    def per_kelvin(self) -> tuple[str, float]:
-        """Unit in which what is observed per difference of temperature is shown, and the factor to it."""
-        unit, factor = self.shown
-        return f"{unit}/K", factor
+        return unit + below, scale * factor
 
     @property
     def speed(self) -> str:
@@ -221,8 +221,8 @@ class Effect(abc.ABC):
     """One physical effect.
 
     The same object explains data (the columns of a fit) and produces them (``contribution``). A subclass states the
-    class attributes and ``columns``, with several amplitudes or a unit of their own ``amplitudes``; one with shape
-    parameters states ``shapes`` and ``tunables``, too.
+    class attributes and ``columns``, with several amplitudes ``amplitudes``; one with shape parameters states
+    ``shapes`` and ``tunables``, too.
     """
 
     name: ClassVar[str]
@@ -235,8 +235,8 @@ class Effect(abc.ABC):
     shape_type: ClassVar[type[Shape]] = Shape
     amplitude: ClassVar[str] = ""
     """Name of its only amplitude; empty: that of the effect."""
-    amplitude_unit: ClassVar[str] = "shown"
-    """Which of the units that `Units` derives its only amplitude has."""
+    amplitude_per: ClassVar[Per] = Per.NOTHING
+    """What its only amplitude goes with."""
     over: ClassVar[Over] = Over.POSITION
     """What a picture shows it over."""
     grows_with_position: ClassVar[bool] = False
@@ -244,8 +244,9 @@ class Effect(abc.ABC):
     contains: ClassVar[frozenset[str]] = frozenset()
     """Simpler effects that are special cases of this one: where they explain the data, they win."""
     rivals: ClassVar[tuple[Rival, ...]] = ()
-    lacks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
-    """What is asked of data in turn: each returns why they cannot show the effect, or None."""
+    data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
+    """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
+    asks instead."""
     not_negative: ClassVar[bool] = False
     """Amplitudes cannot be below zero (friction, inertia)."""
     in_time: ClassVar[bool] = False
@@ -267,7 +268,7 @@ class Effect(abc.ABC):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
-        return next((why for asked in self.lacks if (why := asked(conditions)) is not None), None)
+        return next((why for check in self.data_checks if (why := check(conditions)) is not None), None)
 
     def ranked(self, conditions: Conditions) -> bool:
         """Return whether a search over these data ranks it; else it is listed beside what it is confounded with."""
@@ -348,7 +349,7 @@ class Effect(abc.ABC):
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return name and unit of each amplitude."""
-        return (Amplitude(self.amplitude or self.name, *getattr(units, self.amplitude_unit)),)
+        return (Amplitude(self.amplitude or self.name, *units.per(self.amplitude_per)),)
 
     def contribution(self, conditions: Conditions, shape: Shape, amplitudes: Sequence[float]) -> Floats:
         """Return what the effect adds to the observed quantity, shape (rows,), in its unit inside."""

@@ -102,7 +102,7 @@ class Refraction(Effect):
     needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
     shape_type = SensorShape
     in_time = True
-    lacks = (no_weather, one_place)
+    data_checks = (no_weather, one_place)
     rivals = (
         Rival("dead_path", experiments.NEAR_AND_FAR),
         Rival("scale", experiments.OTHER_WEATHER),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Card, Effect, Rival, Shape
+from rtec.effects.protocol import Card, Effect, Per, Rival, Shape
 
 
 class Scale(Effect):
@@ -24,7 +24,7 @@ class Scale(Effect):
 
     name = "scale"
     is_adjective = True
-    amplitude_unit = "per_length"
+    amplitude_per = Per.LENGTH
     needs = "spread of positions"
     rivals = (
         Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),

@@ -27,7 +27,7 @@ class ServoLag(Effect):
     name = "servo_lag"
     over = Over.VELOCITY
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
-    lacks = (no_speed,)
+    data_checks = (no_speed,)
     rivals = (Rival("backlash", experiments.THREE_FEEDS),)
     card = Card(
         title="Servo lag (delay)",

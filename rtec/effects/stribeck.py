@@ -47,7 +47,7 @@ class Stribeck(BuildsUp):
     builds_on = frozenset({"coulomb"})
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
-    lacks = (no_speed, one_way)
+    data_checks = (no_speed, one_way)
     rivals = (Rival("coulomb", experiments.CREEP),)
     card = Card(
         title="Stribeck friction",

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Per, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FAR = 2.0
 """Spans beyond the axis from which on a fixed point is none: all of it moves alike."""
@@ -96,9 +96,9 @@ class ThermalGrowth(FollowsHeat):
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the coefficient of expansion, in um/m/K (arcsec/deg/K on a rotary axis), and the shift at zero."""
-        unit, factor = units.per_length
+        unit, factor = units.per(Per.LENGTH)
         expansion = Amplitude("expansion", f"{unit}/K", factor)
-        at_zero = Amplitude("at_zero", *units.per_kelvin)
+        at_zero = Amplitude("at_zero", *units.per(Per.KELVIN))
         return (expansion, at_zero) if own_shape(shape, GrowthShape).elsewhere else (expansion,)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:

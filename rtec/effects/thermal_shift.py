@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Rival, Shape, own_shape
+from rtec.effects.protocol import Card, Per, Rival, Shape, own_shape
 
 
 class ThermalShift(FollowsHeat):
@@ -29,9 +29,9 @@ class ThermalShift(FollowsHeat):
 
     name = "thermal_shift"
     amplitude = "shift"
-    amplitude_unit = "per_kelvin"
+    amplitude_per = Per.KELVIN
     shape_type = HeatShape
-    lacks = (unchanging,)
+    data_checks = (unchanging,)
     rivals = (
         Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
         Rival("scale", experiments.COLD_AND_HOT),

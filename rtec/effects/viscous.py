@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Card, Effect, Observable, Over, Rival, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Rival, Shape
 
 ONE_SPEED = 0.2
 """Of the usual speed: where half of the way in a direction was gone at speeds closer together, it is one speed."""
@@ -30,7 +30,7 @@ class Viscous(Effect):
     name = "viscous"
     over = Over.VELOCITY
     observable = Observable.DRIVE
-    amplitude_unit = "per_speed"
+    amplitude_per = Per.SPEED
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
     rivals = (

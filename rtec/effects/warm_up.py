@@ -47,7 +47,7 @@ class WarmUp(ScannedEffect):
     shape_type = WarmShape
     contains = frozenset({"drift"})
     in_time = True
-    lacks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
     rivals: ClassVar[tuple[Rival, ...]] = (
         Rival("drift", experiments.LONGER),
         Rival("thermal_growth", experiments.OTHER_HEAT),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Card, Rival, Shape
+from rtec.effects.protocol import Card, Per, Rival, Shape
 from rtec.effects.warm_up import WarmUp
 
 
@@ -30,7 +30,7 @@ class WarmUpGrowth(WarmUp):
     name = "warm_up_growth"
     grows_with_position = True
     amplitude = "growth"
-    amplitude_unit = "per_length"
+    amplitude_per = Per.LENGTH
     needs = "a time column, and a spread of positions"
     contains = frozenset({"scale"})
     rivals = (
