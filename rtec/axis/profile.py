@@ -67,9 +67,11 @@ class Limits:
         object.__setattr__(self, "max_speed_mm_s", speed)
         rapid = number_within("rapid_mm_s", self.rapid_mm_s, low, speed, unit="mm/s (max_speed_mm_s)")
         object.__setattr__(self, "rapid_mm_s", rapid)
-        for name, most in (("max_acceleration_mm_s2", 1e6), ("max_jerk_mm_s3", 1e10)):
-            if name != "max_jerk_mm_s3" or self.max_jerk_mm_s3 is not None:
-                object.__setattr__(self, name, number_within(name, getattr(self, name), 1e-6, most))
+        acceleration = number_within("max_acceleration_mm_s2", self.max_acceleration_mm_s2, 1e-6, 1e6)
+        object.__setattr__(self, "max_acceleration_mm_s2", acceleration)
+        if self.max_jerk_mm_s3 is not None:
+            jerk = number_within("max_jerk_mm_s3", self.max_jerk_mm_s3, 1e-6, 1e10)
+            object.__setattr__(self, "max_jerk_mm_s3", jerk)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -116,22 +117,29 @@ def harder_lines() -> tuple[Line, ...]:
         )
         for count, (what, share) in _COUNTS.items()
     )
-    wrong, kinds, single = Rule.WRONG_NAME, len(OUTSIDE), len(SINGLE_RUN_OUTSIDE)
-    others = (
-        ("nothing, single runs, noise: correlated by place", wrong, 0.0, partial(_nothing, Noise.BY_PLACE, (1, 1))),
-        (
-            f"outside the library, {kinds} kinds, 3 sigma, drawn plans", wrong, 0.95,
+
+    def line(title: str, rule: Rule, share: float, draw: Callable[[int, int], Scenario]) -> Line:
+        return Line(title=title, rule=rule, share=share, draw=draw)
+
+    wrong = Rule.WRONG_NAME
+    return (
+        *(_null(noise) for noise in Noise),
+        line(
+            "nothing, single runs, noise: correlated by place", wrong, 0.0,
+            partial(_nothing, Noise.BY_PLACE, (1, 1)),
+        ),
+        line(
+            f"outside the library, {len(OUTSIDE)} kinds, 3 sigma, drawn plans", wrong, 0.95,
             partial(_outside, OUTSIDE, MOST_RUNS),
         ),
-        (
-            f"outside the library, {single} kinds, 3 sigma, single runs", wrong, 0.0,
+        line(
+            f"outside the library, {len(SINGLE_RUN_OUTSIDE)} kinds, 3 sigma, single runs", wrong, 0.0,
             partial(_outside, SINGLE_RUN_OUTSIDE, 1),
         ),
-        ("one to four effects, 1 to 5 sigma, any drawn plan", Rule.NAMED, 0.0, _anything),
-        ("drives and moving logs, 3 sigma", Rule.NAMED, 0.95, _drive_or_log),
+        *several,
+        line("one to four effects, 1 to 5 sigma, any drawn plan", Rule.NAMED, 0.0, _anything),
+        line("drives and moving logs, 3 sigma", Rule.NAMED, 0.95, _drive_or_log),
     )  # fmt: skip
-    drawn = [Line(title=title, rule=rule, share=share, draw=draw) for title, rule, share, draw in others]
-    return (*(_null(noise) for noise in Noise), *drawn[:3], *several, *drawn[3:])
 
 
 def the_pools() -> tuple[Pool, ...]:

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from rtec.cli._console import print_json
-from rtec.errors import RtecError, nearest
+from rtec.errors import RtecError, meant
 
 _LISTED = "'rtec docs' lists the topics"
 _HEADING = re.compile(r"^(#+) (.+)$", re.MULTILINE)
@@ -110,8 +110,7 @@ def _topic(word: str, pages: list[Topic]) -> Topic:
     asked = " ".join(word.lower().split()).removesuffix(".md").removeprefix("rtec ")
     if asked in index:
         return index[asked]
-    hint = nearest(asked, index)
-    raise RtecError(f"no topic {word[:60]!r}; {hint if hint.startswith('did') else _LISTED}")
+    raise RtecError(f"no topic {word[:60]!r}; {meant(asked, index) or _LISTED}")
 
 
 def _complete(begun: str) -> list[str]:

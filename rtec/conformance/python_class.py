@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
+from rtec.closing import Closing
 from rtec.conformance._programs import signal_group
 from rtec.conformance._python_child import ANSWER, COMPILING, LOADING, REQUEST, WATCHED
 from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
-from rtec.io.closing import Closing
 from rtec.signal import EdgeStream
 
 SILENT_S = 10.0

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from rtec.closing import Closing
 from rtec.conformance._icarus import Icarus
 from rtec.conformance._verilator import Verilator
 from rtec.conformance._verilog_runs import response_of
@@ -14,7 +15,6 @@ from rtec.conformance.verilog_pins import Pins
 from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.injector import Response, Stimulus
 from rtec.io import read_bytes
-from rtec.io.closing import Closing
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
 SIMULATORS: dict[str, tuple[str, type[Verilator | Icarus]]] = {

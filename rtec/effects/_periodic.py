@@ -96,7 +96,7 @@ class Periodic(Effect):
         stated = stated_base(conditions, own.period)
         if own.period > finest and stated is None:
             return "the map beside it has nodes so close that it draws such a wave itself"
-        lines, *theirs = (np.arange(1.0, w.harmonics + 1.0) / w.period for w in map(_waves, (shape, *others)))
+        lines, *theirs = (np.arange(1.0, w.harmonics + 1.0) / w.period for w in (own, *map(_waves, others)))
         if not theirs:
             return None
         if stated is not None:

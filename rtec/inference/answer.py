@@ -129,7 +129,7 @@ def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[s
         if choice in search.given:
             continue
         name = choice[0].name
-        together = 1.0 - SURE < every[name] < SURE and tied_models(search, model, name)  # sure with its rivals
+        together = 1.0 - SURE < every[name] < SURE and bool(tied_models(search, model, name))  # sure with its rivals
         if every[name] < SURE and not together:
             return name, f"its probability is {every[name]:.2f}"
         gain = search.gate.gain(search.neighbours.without(model, k), model).gain

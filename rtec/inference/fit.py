@@ -74,7 +74,8 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     raw = [space.part_of(choice).raw for choice in model.choices]
     sizes = [columns.shape[0] for columns in raw]
     none = np.empty((0, space.dataset.rows))
-    raw += [np.ones((1, space.dataset.rows))] * space.has_datum
+    if space.has_datum:
+        raw.append(np.ones((1, space.dataset.rows)))
     table = np.vstack([none, *map(whiten, raw)])
     observed = whiten(space.dataset.observed[None, :])[0]
     numbers = _solved(table, observed)

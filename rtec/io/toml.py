@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rtec.checks import as_written, number_within, whole_within
-from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
+from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io.text import brief, read_text
 from rtec.units import SHARE, TIME, Kind, parse_quantity, seconds_to_ps
 
@@ -55,8 +55,7 @@ class Section:
         known = [*default, *optional]
         for key in given:
             if key not in known:
-                hint = nearest(key, known)
-                allowed = f"one of {', '.join(known)}{'' if hint.startswith('known') else f'; {hint}'}"
+                allowed = "; ".join(filter(None, (f"one of {', '.join(known)}", meant(key, known))))
                 raise FileFormatError(path, None, f"unknown key {self._dotted(name, key)[:80]!r}", allowed)
         self.path, self._name = path, name
         self._values = {**default, **given}

@@ -13,9 +13,9 @@ from typing import BinaryIO, Self, TextIO, cast
 
 import can
 
+from rtec.closing import Closing
 from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
 from rtec.io import unreadable
-from rtec.io.closing import Closing
 from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame
 from rtec.link.replay import replay

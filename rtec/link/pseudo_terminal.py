@@ -21,8 +21,8 @@ import threading
 from collections import deque
 from pathlib import Path
 
+from rtec.closing import Closing
 from rtec.errors import ArgumentError, LinkError
-from rtec.io.closing import Closing
 
 if sys.platform != "win32":
     import fcntl

@@ -19,8 +19,8 @@ from collections.abc import Callable
 
 import can
 
+from rtec.closing import Closing
 from rtec.errors import ArgumentError, LinkError
-from rtec.io.closing import Closing
 from rtec.link._adapters import SELECTABLE, SEND_WAIT_S, Adapter, is_full, is_garbled, reason_of
 from rtec.link.frame import Frame
 from rtec.link.transport import BusState, Received, Traffic

@@ -28,8 +28,8 @@ import numpy as np
 
 from rtec._jit import Record, new_record
 from rtec.checks import whole_within
+from rtec.closing import Closing
 from rtec.errors import ArgumentError, LinkError
-from rtec.io.closing import Closing
 from rtec.link import _bus_kernels
 from rtec.link._outbox_kernels import ROOM
 from rtec.link.frame import PAYLOAD_BYTES, Frame

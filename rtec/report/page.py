@@ -22,7 +22,11 @@ from rtec.study.results import StudyResult, StudyRow
 DEFINITIONS = (
     ("deviation", "Actual position less target (ISO 230-2), as the laser reads it."),
     ("mean, s", "Mean and standard deviation (with n − 1) of the readings at one target from one direction."),
-    *((figure.symbol or figure.words, figure.definition) for figure in (*ISO_FIGURES[:5], *READING_FIGURES)),
+    *(
+        (", ".join(filter(None, (figure.symbol, figure.words))), figure.definition)
+        for figure in (*ISO_FIGURES, *READING_FIGURES)
+        if figure.key != "B_mean"
+    ),
     (
         "inserted, pending",
         "Insertions made, of either sign; steps that the prediction asks for and that are not inserted at the end.",

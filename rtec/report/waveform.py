@@ -33,12 +33,15 @@ _SHADE = 0.11
 _FONT = 8.5
 _WIDTH_INCH, _LETTER_INCH = 8.4, 0.078
 """Of the axes, and of a letter in a band: numbers stand only where they have room."""
-_MOST_TICK_DIGITS = 10**4
+_MOST_AWAY = 1000
+"""Widths of the window from zero, beyond which time is counted from the window's begin."""
 
 Steps = tuple[NDArray[np.int64], NDArray[np.int64]]
 """Times of changes, and the values from the start and from each change on: one value more than times."""
 Rows = dict[str, Steps]
+"""By the name at the left, from top to bottom."""
 Groups = dict[str, Rows]
+"""By a name that stands upright beside the rows."""
 _NUMBERS = ("state", "count", "requested", "completed")
 """Rows that are no levels."""
 
@@ -124,6 +127,15 @@ def draw_groups(
 ) -> dict[str, tuple[float, float]]:
     """Draw groups of rows below each other, lines as levels and all else as numbers, with the names at the left.
 
+    Parameters
+    ----------
+    axes, view
+        Where, and which stretch of time.
+    groups
+        From top to bottom.
+    colours
+        Of the levels of a group, by its name; ink where it has none.
+
     Returns
     -------
     dict
@@ -153,7 +165,10 @@ def draw_groups(
 
 
 class View:
-    """The window, its unit of time, and where time counts from; from ``zero_ps`` on, it counts in µs."""
+    """The window, its unit of time, and where time counts from.
+
+    Where ``zero_ps`` is given, time counts from there and in µs; else the width of the window chooses the unit.
+    """
 
     def __init__(self, start_ps: int, stop_ps: int, zero_ps: int | None = None) -> None:
         self.start_ps, self.stop_ps = start_ps, stop_ps
@@ -161,7 +176,7 @@ class View:
         unit = next(unit for unit, size in PS_PER.items() if width_ps >= size) if zero_ps is None else "us"
         self._zero_ps, self._unit_ps = zero_ps or 0, PS_PER[unit]
         self.label = f"time ({symbol(unit)})"
-        if zero_ps is None and stop_ps > _MOST_TICK_DIGITS * width_ps:  # ticks would differ in their last digits only
+        if zero_ps is None and stop_ps > _MOST_AWAY * width_ps:  # ticks would differ in their last digits only
             self._zero_ps = start_ps // self._unit_ps * self._unit_ps
             seconds = f"{self._zero_ps // PS_PER_S}.{self._zero_ps % PS_PER_S:012d}".rstrip("0")
             self.label = f"time from {seconds} s on ({symbol(unit)})"

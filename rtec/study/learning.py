@@ -145,7 +145,8 @@ def _less(model: Model, readings: Readings) -> NDArray[np.float64]:
     for way in (1, -1):
         there = readings.direction == way
         if there.any():
-            left[there] -= static_part(model, readings.target_mm[there], way)[0]
+            error_mm, _ = static_part(model, readings.target_mm[there], way)
+            left[there] -= error_mm
     return left
 
 

@@ -85,9 +85,10 @@ def run_study(
         if learned_model is not None and meanwhile is not None:
             meanwhile(learned_model.learned)
         measured = tuple(row.result() for row in rows)
-        curves = tuple(feed.result() for feed in feeds), tuple(hold.result() for hold in holds)
+        feed_curves = tuple(feed.result() for feed in feeds)
+        hold_curves = tuple(hold.result() for hold in holds)
     learned = None if learned_model is None else learned_model.learned
-    return _result(study, jobs.task, measured, *curves, learned, begun)
+    return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, begun)
 
 
 class _Jobs:

@@ -83,8 +83,7 @@ def tables_of_grid(source: str, rows: list[list[Cell | None]]) -> list[Table]:
     (('Soll [mm]', 'Error [um]'), [[0.0, 1.5], [10.0, '']], [4, 5])
     """
     width = max((len(row) for row in rows), default=0)
-    filled = [[index for index, cell in enumerate(row) if cell is not None] or [len(row)] for row in rows if row]
-    left = min(filled, default=[0])[0]
+    left = min((_first_filled(row) for row in rows if row), default=0)
     padded = [
         [("" if cell is None else cell) for cell in [*row, *[None] * (width - len(row))][left:]] for row in rows
     ]
@@ -107,6 +106,10 @@ def _commented(lines: list[str], separator: str | None, head: int, width: int) -
     fields = text.split(separator)
     said = sum(meaning_of(field) is not None for field in fields)
     return above[-1] if len(fields) == width and 2 * said >= width else None
+
+
+def _first_filled(row: Sequence[Cell | None]) -> int:
+    return next((index for index, cell in enumerate(row) if cell is not None), len(row))
 
 
 def _facts(source: str | Path, lines: list[str]) -> tuple[dict[str, str], int]:

@@ -62,15 +62,23 @@ VDI_FIGURES = (
 )  # fmt: skip
 """Figures of VDI/DGQ 3441."""
 READING_FIGURES = (
-    FigureName("max_average_error", "", "maximum average error", "The same as E."),
-    FigureName("max_reversal_error", "", "maximum reversal error", "The same as B."),
+    FigureName(
+        "max_average_error", "", "maximum average error",
+        "Largest less smallest mean, both directions: the thesis's name for E.",
+    ),
+    FigureName(
+        "max_reversal_error", "", "maximum reversal error",
+        "Largest difference between the means of both directions at one target: the thesis's name for B.",
+    ),
     FigureName(
         "max_repeat", "", "maximum repeat",
-        "Largest less smallest of all readings at one target, both directions, where that is largest.",
+        "The thesis names it and does not define it; here: largest less smallest of all readings at one target, both "
+        "directions, where that is largest.",
     ),
     FigureName(
         "cyclic_pp", "", "cyclic, peak to peak",
-        "Of what repeats with the period: fitted to the means together with a slow trend.",
+        "Peak to peak of what repeats with the period (a turn of the screw), forward where that was measured: fitted "
+        "to the means together with a slow trend.",
     ),
     FigureName("rms", "rms", "root mean square", "Of all readings, about zero."),
     FigureName("pp", "pp", "peak to peak", "Largest less smallest reading."),

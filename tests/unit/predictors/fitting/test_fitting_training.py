@@ -90,6 +90,7 @@ def test_a_training_ends_where_other_readings_are_foretold_no_better():
     best = int(np.argmin(course.unseen_mm))
     assert len(course.unseen_mm) == best + 1 + 7
     assert course.train_mm[-1] < course.train_mm[best]
+    assert course.squares_mm2 == pytest.approx(course.train_mm[best] ** 2 * noisy.rows)
     assert len(course.unseen_mm) < 500
 
 
