@@ -229,7 +229,9 @@ def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
 
 
 def distance_since_reversal(position: Floats, direction: Floats, run: NDArray[np.int64]) -> Floats:
-    """Return how far the axis has gone since it last turned round, shape (rows,), from columns of readings in order.
+    """Return how far the axis has gone since it last turned round, from columns of readings in order.
+
+    Arguments and result are of shape (rows,), the result in the unit of the positions.
 
     The first reading of a run counts as one just after a reversal: a measuring program overshoots and comes back.
 

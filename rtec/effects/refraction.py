@@ -19,7 +19,7 @@ _WAVELENGTH_UM = 0.6329908  # of a helium-neon laser in vacuum
 
 
 def refractivity(pressure_hpa: Floats, air_degc: Floats, humidity_percent: Floats) -> Floats:
-    """Return the refractive index of air less 1, for the light of a helium-neon laser, shape (rows,) as its state.
+    """Return the refractive index of air less 1, for the light of a helium-neon laser; all of shape (rows,).
 
     Notes
     -----

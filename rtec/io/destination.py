@@ -84,7 +84,8 @@ def _check_room(option: str, place: Path, folder: Path) -> None:
 def report_folder(folder: Path | None, name: str) -> Iterator[Path]:
     """Make the report's folder where it does not exist, and take it away again where writing fails.
 
-    None for the first of ``rtec-NAME-1``, ``-2``, ... that does not exist yet. Two runs at once never share one.
+    Yields the folder; None stands for the first of ``rtec-NAME-1``, ``-2``, ... that does not exist yet. Two runs at
+    once never share one.
 
     Raises
     ------

@@ -30,7 +30,8 @@ def strict(value: object) -> Any:
 def json_text(document: object, *, indent: int | None = None, ascii_only: bool = True) -> str:
     r"""Return a document as one text of strict JSON, without a line end.
 
-    ``indent`` is that of each level, None for a single line; other characters are spelled out as ``\u00b5``, or not.
+    ``indent`` is that of each level, None for a single line; with ``ascii_only`` all other characters are spelled out
+    as ``\u00b5``.
 
     Examples
     --------

@@ -86,6 +86,8 @@ def _find_header(lines: list[str]) -> int | None:
 def readings_of_text(path: str | Path, text: str) -> Readings:
     r"""Return the readings in the text of a data file of the laser system.
 
+    Text before the header is passed over; the header may be wrapped over lines, or its words run together.
+
     Returns
     -------
     Readings

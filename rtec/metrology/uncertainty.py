@@ -173,7 +173,7 @@ class PositioningUncertainty:
     spread_share: float | None
 
     def statement(self, unit: str, factor: float) -> tuple[str, ...]:
-        """Return in sentences what the uncertainty contains and what it does not."""
+        """Return in sentences what the uncertainty contains and what it does not; ``factor`` leads to ``unit``."""
         named = [f"{_NAMES[name]} {value * factor:.2g} {unit}" for name, value in self.contributions.items()]
         left = [f"{_NAMES[name]} ({_STATED_BY[name]})" for name in self.missing]
         if not named:

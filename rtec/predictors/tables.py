@@ -182,7 +182,14 @@ class BidirectionalTable(Curve):
         reverse_mm: Floats,
         between: Between = Between.LINES,
     ) -> Self:
-        """Return the table of two errors at the same positions, shape (n,) each, in mm."""
+        """Return the table of two errors at the same positions, shape (n,) each, in mm; it refuses what a table does.
+
+        Examples
+        --------
+        >>> table = BidirectionalTable.on_grid(np.array([0.0, 10.0]), np.zeros(2), np.full(2, 0.004))
+        >>> table.error_mm([5.0, 5.0], [1, -1]).tolist()
+        [0.0, 0.004]
+        """
         return cls(
             forward_positions_mm=positions_mm,
             forward_errors_mm=forward_mm,

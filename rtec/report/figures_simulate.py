@@ -18,7 +18,7 @@ _LEVELS = {1: "00", 2: "10", 3: "11", 4: "01"}
 
 
 def insertion_figure(seen: SeenInsertion, name: str, step_counts: int) -> Figure:
-    """Draw an insertion."""
+    """Draw an insertion of a design that adds ``step_counts`` a step, as a stretch of a run has seen it."""
     added = f"{seen.steps * step_counts:+d}".replace("-", "−")
     return waveform(
         seen.encoder,

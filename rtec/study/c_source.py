@@ -16,17 +16,16 @@ from enum import Enum
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors import AxisTables, BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors._columns import Floats
 from rtec.predictors.binding import CURVE, OF_AXIS
 from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
 from rtec.predictors.tables import Between
 from rtec.study.compensation import Compensation
 
-Floats = npt.NDArray[np.float64]
 Range = tuple[float, float]
 
 _LONGEST_LONG = 2**31 - 2

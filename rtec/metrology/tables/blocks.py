@@ -52,7 +52,7 @@ class Block:
 def blocks_of(grid: Grid, head: int, header: int, *, below: bool) -> list[Block]:
     """Return the tables among the lines, in their order, from the first line that may be a title.
 
-    One of them has its headings at ``header``; others are looked for ``below`` it, too.
+    One of them has its headings at ``header``; with ``below``, others are looked for below it, too.
     """
     known = _plain(grid.fields(header))
     found: list[Block] = []

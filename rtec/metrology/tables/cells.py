@@ -125,7 +125,7 @@ def decimal_marks(cells: Iterable[Cell], *, commas_apart: bool = False) -> froze
     """Return the decimal marks that the numbers among cells allow: one, both where nobody can tell, none in a muddle.
 
     A cell such as ``100,000`` may be a hundred with three decimals or a hundred thousand, and so may ``100.000``;
-    but where ``commas_apart`` the columns, a lone point is a decimal point.
+    but where commas keep the columns apart (``commas_apart``), a lone point is a decimal point.
 
     Examples
     --------
