@@ -1,15 +1,11 @@
-"""Print docs/look-alikes.md from the library, or the cards of docs/effects.md.
-
-python -m tests.look_alikes > docs/look-alikes.md
-python -m tests.look_alikes --cards
-"""
+"""Print docs/look-alikes.md from the library: python -m tests.look_alikes > docs/look-alikes.md."""
 
 from __future__ import annotations
 
 import sys
 import textwrap
 
-from rtec.effects import LIBRARY, Effect, Observable
+from rtec.effects import LIBRARY, Observable
 
 HEAD = """# Which experiment tells them apart
 
@@ -40,17 +36,5 @@ def page() -> str:
     return "\n".join(parts)
 
 
-def cards() -> str:
-    """Return what docs/effects.md shows of each card: how to recognise the effect, and what to do about it."""
-    return "\n".join(_card(effect) for effect in LIBRARY)
-
-
-def _card(effect: Effect) -> str:
-    card = effect.card
-    lines = [f"In the plot: {card.plot}", f"Cause: {card.cause}", f"Action: {card.action}"]
-    items = [textwrap.fill(f"- {line}", 118, subsequent_indent="  ", break_on_hyphens=False) for line in lines]
-    return f"### `{effect.name}`: {card.title}\n\n" + "\n".join(items) + "\n"
-
-
 if __name__ == "__main__":
-    sys.stdout.write(cards() if "--cards" in sys.argv else page())
+    sys.stdout.write(page())

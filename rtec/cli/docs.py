@@ -13,6 +13,7 @@ import typer
 
 from rtec.cli._console import print_json
 from rtec.errors import RtecError, meant
+from rtec.io import pages_folder
 
 _LISTED = "'rtec docs' lists the topics"
 _HEADING = re.compile(r"^(#+) (.+)$", re.MULTILINE)
@@ -31,8 +32,7 @@ class Topic:
 
 def _pages() -> list[Topic]:
     """Return the pages in the order of the index, decision records at the end."""
-    installed = Path(__file__).parents[1] / "docs"
-    folder = installed if installed.is_dir() else Path(__file__).parents[2] / "docs"  # of a checkout
+    folder = pages_folder()
     pages = []
     for path in sorted(folder.rglob("*.md")):
         name = path.relative_to(folder).with_suffix("").as_posix()

@@ -14,15 +14,6 @@ from rtec.cli._words import EFFECTS, completing
 if TYPE_CHECKING:
     from rtec.effects import Effect
 
-_CARD = (
-    ("in the plot", "plot"),
-    ("cause", "cause"),
-    ("consequence", "consequence"),
-    ("action", "action"),
-    ("invariant to", "invariant_to"),
-    ("source", "source"),
-)
-
 
 def effects(
     name: Annotated[
@@ -53,6 +44,7 @@ def effects(
 
 def _document(effect: Effect) -> dict[str, Any]:
     from rtec.effects import Observable, Units
+    from rtec.effects.cards import LABELS
 
     units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
     card = effect.card
@@ -62,7 +54,7 @@ def _document(effect: Effect) -> dict[str, Any]:
         "observable": effect.observable.value,
         "needs": effect.needs,
         "parameters": _parameters(effect, units),
-        **{key: getattr(card, key) for _, key in _CARD},
+        **{key: getattr(card, key) for key in LABELS.values()},
         "look_alikes": [
             {"name": rival.name, "experiment": rival.experiment, "permanent": rival.permanent}
             for rival in effect.rivals
@@ -112,15 +104,18 @@ def _show_card(effect: Effect) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    from rtec.effects.cards import LABELS
+
     document = _document(effect)
-    rows = [(label, str(document[key])) for label, key in _CARD[:-1]]
+    *said, source = ((label.lower(), str(document[key])) for label, key in LABELS.items())
+    rows = list(said)
     rows.append(("needs", effect.needs))
     quantities = [f"{p['name']} ({p['unit']})" if p["unit"] else p["name"] for p in document["parameters"]]
     rows.append(("parameters", ", ".join(quantities)))
     for rival in effect.rivals:
         never = " (with any plan of the same instrument)" if rival.permanent else ""
         rows.append(("confounded with", f"{rival.name}{never}; to separate them: {rival.experiment}"))
-    rows.append(("source", effect.card.source))
+    rows.append(source)
     table = Table(title=f"{effect.name}: {effect.card.title}", title_justify="left", show_header=False, box=None)
     table.add_column(style="bold", no_wrap=True)
     table.add_column()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
 
 
 class AccelerationLag(Effect):
@@ -29,20 +29,6 @@ class AccelerationLag(Effect):
     needs = "moving data with accelerations"
     data_checks = (no_acceleration,)
     rivals = (Rival("scale", experiments.TWO_STROKES),)
-    card = Card(
-        title="Acceleration lag",
-        plot=(
-            "In a log the deviation peaks where the axis speeds up and slows down, with opposite signs, and "
-            "vanishes at constant speed."
-        ),
-        cause=(
-            "The drive yields to inertia (compliance m/k), or velocity feed-forward lacks acceleration feed-forward."
-        ),
-        consequence="Overshoot and undercut at the ends of moves and in sharp curves.",
-        action="Add acceleration feed-forward, limit jerk, stiffen the drive, lighten the slide.",
-        invariant_to="position, direction, constant speed, time and temperature.",
-        source="Erwinski et al. (2016), section I: inertia and elastic coupling.",
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, negative, shape (rows, 1)."""

@@ -11,7 +11,7 @@ from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
-from rtec.effects.protocol import Card, Observable, Rival, Shape, own_shape
+from rtec.effects.protocol import Observable, Rival, Shape, own_shape
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
@@ -45,24 +45,6 @@ class Cogging(Waves, Periodic):
     rivals = (
         Rival("inertia", experiments.TWO_STROKES),
         Rival("force_offset", experiments.OVER_A_PERIOD),
-    )
-    card = Card(
-        title="Cogging",
-        plot=(
-            "Force is a wave against position with the period of poles and slots, the same in both directions and "
-            "at every slow speed."
-        ),
-        cause="Magnets pull at the teeth of the motor's iron core.",
-        consequence="Ripple of speed at slow feeds; a following error with the pole pitch.",
-        action=(
-            "Map the current against position at slow constant speed or at rest and feed it forward; skewed magnets "
-            "or an ironless motor remove it."
-        ),
-        invariant_to="direction, speed, time and shifts by whole periods.",
-        source=(
-            "Erwinski et al. (2019), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
-            "poles."
-        ),
     )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Card, Effect, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Per, Rival, Shape
 
 
 class Cosine(Effect):
@@ -31,18 +31,6 @@ class Cosine(Effect):
     never_ranked = True
     data_checks = (one_place,)
     rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
-    card = Card(
-        title="Cosine error of the laser",
-        plot="The deviation falls on a straight line with position: a tilted beam reads short, 0.5 um/m at 1 mrad.",
-        cause=(
-            "The laser beam is not parallel to the axis and measures the cosine of the travel. The machine has no "
-            "error."
-        ),
-        consequence="A compensation made from this measurement puts the error into the machine.",
-        action="Align the beam over the full travel, measure again, and see whether the slope changes.",
-        invariant_to="direction, feed, time and temperature; it changes with each set-up of the laser.",
-        source="ISO 230-1, alignment of the measuring line; thesis, section 2.3.2.",
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the position, shape (rows, 1)."""

@@ -7,7 +7,7 @@ from typing import ClassVar
 from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects.conditions import Conditions, one_way
-from rtec.effects.protocol import Card, Rival
+from rtec.effects.protocol import Rival
 
 
 class Coulomb(BuildsUp):
@@ -37,18 +37,6 @@ class Coulomb(BuildsUp):
         Rival("stribeck", experiments.CREEP),
         Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
         Rival("load_friction", experiments.SEVERAL_LOADS),
-    )
-    card = Card(
-        title="Coulomb friction",
-        plot=(
-            "The force changes between two levels where the motion reverses, the same at every speed; with "
-            "presliding it builds up over a distance."
-        ),
-        cause="Dry friction of guideways, seals, wipers and preloaded nuts.",
-        consequence="Quadrant glitches on circles, stick-slip, wind-up of an elastic drive after each reversal.",
-        action="Lubricate, ease gibs and wipers, check preload; enter it as friction compensation.",
-        invariant_to="position, speed and acceleration. It cannot be below zero.",
-        source="Erwinski et al. (2019), section 3: the constant component.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -12,7 +12,7 @@ from rtec.effects._harmonics import POINTS_A_PERIOD, WavesShape, harmonic_column
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_base, stated_periods
-from rtec.effects.protocol import Amplitude, Card, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 PARTS = (1, 2, 3, 4, 5)
@@ -85,26 +85,6 @@ class Cyclic(Periodic):
     rivals = (
         Rival("interpolation", experiments.FRACTIONS_OF_SIGNAL),
         Rival("eccentricity", experiments.SEVERAL_TURNS),
-    )
-    card = Card(
-        title="Cyclic error",
-        plot=(
-            "A wave that repeats with every turn of screw, worm or pinion or every pole pitch, often double-humped; "
-            "forward and backward waves may differ."
-        ),
-        cause=(
-            "Eccentric or tilted screw, bearing, coupling, pulley or encoder; an error of the thread within a turn."
-        ),
-        consequence="Short distances are wrong although long ones are right; surfaces show the pitch of the screw.",
-        action=(
-            "Check coupling, thrust bearing and mounting of screw and encoder. A table needs about ten points a "
-            "turn; targets at whole turns do not show the error."
-        ),
-        invariant_to="shifts of the targets by whole periods, feed, time and temperature.",
-        source=(
-            "Thesis, section 5.1, Figure 5.2: 0.00145 inch peak to peak with the pitch of 0.25 inch, double-humped; "
-            "section 5.2: the targets' step must not be a multiple of the pitch."
-        ),
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
 
 
 class Drift(Effect):
@@ -36,19 +36,6 @@ class Drift(Effect):
         Rival("refraction", experiments.OTHER_WEATHER),
         Rival("dead_path", experiments.OTHER_WEATHER),
         Rival("run_offset", experiments.ZERO_AGAIN),
-    )
-    card = Card(
-        title="Drift",
-        plot="Repeats of a target move steadily: a straight line against time or row order.",
-        cause="Support or optics of the instrument creep, room temperature changes slowly, a clamp relaxes.",
-        consequence="Time is mixed with position; repeatability looks worse than it is.",
-        action=(
-            "Return to a datum target often, shorten the measurement, shield it from draughts, let the laser settle."
-        ),
-        invariant_to="position, direction and feed.",
-        source=(
-            "ISO 230-2 and ISO 230-3 ask for a check of drift; thesis, section 5.2: four passes took almost 20 hours."
-        ),
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

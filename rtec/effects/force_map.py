@@ -5,7 +5,7 @@ from __future__ import annotations
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions
 from rtec.effects.pitch_map import PitchMap, closes
-from rtec.effects.protocol import Card, Observable, Rival
+from rtec.effects.protocol import Observable, Rival
 
 
 class ForceMap(PitchMap):
@@ -31,21 +31,6 @@ class ForceMap(PitchMap):
     rivals = (
         Rival("gravity", experiments.WHOLE_TURN),
         Rival("inertia", experiments.TWO_STROKES),
-    )
-    card = Card(
-        title="Force map",
-        plot="Force against position is a smooth curve, the same in both directions and every run.",
-        cause=(
-            "Cables, hoses, covers and springs that pull more at one end; a screw or belt tighter in places; a "
-            "counterweight that moves."
-        ),
-        consequence="The following error changes along the axis.",
-        action=(
-            "Check cable chains, covers, counterbalance and alignment where the curve is steep, or map the force "
-            "and feed it forward."
-        ),
-        invariant_to="direction, speed, acceleration and time.",
-        source="Erwinski et al. (2019), section 3, Figure 6: a current that depends on position is mapped.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Effect, Observable, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Rival, Shape
 
 
 class ForceOffset(Effect):
@@ -31,18 +31,6 @@ class ForceOffset(Effect):
         Rival("cogging", experiments.OVER_A_PERIOD),
         Rival("gravity", experiments.OTHER_WEIGHT, on_lengths=True),
         Rival("viscous", experiments.SPEEDS_EACH_WAY),
-    )
-    card = Card(
-        title="Constant force",
-        plot="Force is shifted by the same amount in both directions and at rest.",
-        cause=(
-            "Weight of an axis that is not fully balanced, a cable or spring that pulls, the zero of the current "
-            "sensor."
-        ),
-        consequence="The drive holds against it at rest and heats up.",
-        action="Set the zero of the amplifier, balance the weight, or enter it as feed-forward.",
-        invariant_to="position, direction, speed and acceleration.",
-        source="Erwinski et al. (2019), section 3: an inclined motion unit.",
     )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -12,7 +12,6 @@ from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_s
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
     Amplitude,
-    Card,
     Effect,
     Observable,
     Quantity,
@@ -66,21 +65,6 @@ class Gravity(Effect):
         Rival("viscous", experiments.SPEEDS_OVER_ANGLES),
         Rival("coulomb", experiments.SPEEDS_OVER_ANGLES),
         Rival("inertia", experiments.TWO_STROKES),
-    )
-    card = Card(
-        title="Gravity",
-        plot=(
-            "Torque is one wave a turn, the same in both directions and at every speed, largest where the arm is "
-            "horizontal; on a linear axis a constant."
-        ),
-        cause="The weight of arm, tool and load at a distance from the axis of rotation.",
-        consequence="The drive holds against it at rest; a move takes more torque up than down.",
-        action=(
-            "Balance the arm, feed the torque forward by the angle, or enter mass and centre of the load in the "
-            "controller."
-        ),
-        invariant_to="direction, speed, acceleration and time; it changes with load and mounting.",
-        source="Swevers et al. (1997); Erwinski et al. (2019), section 3: an inclined motion unit.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import shortest
 
 ELEMENTS = 24
@@ -56,24 +56,6 @@ class Hysteresis(ScannedEffect):
         Rival("windup", experiments.SHORT_AND_LONG),
         Rival("backlash", experiments.SHORT_AND_LONG),
         Rival("reversal_spike", experiments.SHORT_AND_LONG),
-    )
-    card = Card(
-        title="Hysteresis with memory",
-        plot=(
-            "Deviation against position is a leaf; a short stroke within a long one draws a smaller leaf that "
-            "closes where it began."
-        ),
-        cause=(
-            "Presliding: asperities, seals, balls and gear teeth bend like springs before they slip, each at its "
-            "own force."
-        ),
-        consequence="A short move comes to rest elsewhere than a long one.",
-        action=(
-            "Approach from one side with long strokes, reduce friction and preload, or compensate with a model that "
-            "remembers the turning points."
-        ),
-        invariant_to="feed, time, and position along the axis.",
-        source="Iwan (1966); Al-Bender, Lampaert and Swevers (2005).",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Over, Per, Rival, Shape
 
 
 class Inertia(Effect):
@@ -34,21 +34,6 @@ class Inertia(Effect):
         Rival("cogging", experiments.TWO_STROKES),
         Rival("gravity", experiments.TWO_STROKES),
         Rival("force_map", experiments.TWO_STROKES),
-    )
-    card = Card(
-        title="Inertia",
-        plot="Force against acceleration is a straight line through zero.",
-        cause="The mass of the slide, or the moment of inertia of screw, coupling and motor.",
-        consequence="It sets the force that acceleration takes.",
-        action=(
-            "Enter it as acceleration feed-forward. A difference from the mass by the drawing is a wrong force "
-            "constant."
-        ),
-        invariant_to="position, direction and speed. It cannot be below zero.",
-        source=(
-            "Erwinski et al. (2019), section 3, Figure 4: 1/M, 3.61 kg identified by a current step; Erwinski et "
-            "al. (2016), section I."
-        ),
     )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -9,7 +9,7 @@ from rtec.effects import experiments
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import phases_seen
-from rtec.effects.protocol import Card, Quantity, Rival, Shape, parameter
+from rtec.effects.protocol import Quantity, Rival, Shape, parameter
 
 FEWEST_PHASES = 4
 HARMONICS = 2
@@ -49,21 +49,6 @@ class Interpolation(Waves):
     rivals = (
         Rival("cyclic", experiments.FRACTIONS_OF_SIGNAL),
         Rival("quantisation", experiments.FINE_STEPS),
-    )
-    card = Card(
-        title="Interpolation error of the scale",
-        plot=(
-            "A wave with the signal period of the scale (micrometres to 0.1 mm), in the spectrum at one and two "
-            "cycles a period."
-        ),
-        cause=(
-            "Offset, unequal amplitudes or phase error of the sine and cosine signals: dirt, gap or tilt of the "
-            "reading head."
-        ),
-        consequence="Ripple on surfaces and of speed at slow feeds.",
-        action="Clean and adjust the reading head; trim offset, gain and phase.",
-        invariant_to="shifts by whole signal periods, direction, slow feeds and time.",
-        source="Yee (1992), position feedback signals: two signals 90 degrees apart.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

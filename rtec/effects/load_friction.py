@@ -9,7 +9,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.protocol import Amplitude, Card, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Rival, Shape, Units
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
@@ -36,15 +36,6 @@ class LoadFriction(Coulomb):
     name = "load_friction"
     needs = "a load column that changes, and both directions of motion"
     rivals = (Rival("coulomb", experiments.SEVERAL_LOADS),)
-    card = Card(
-        title="Load-dependent friction",
-        plot="The step of the force between the two directions grows with the load, at every speed.",
-        cause="Guides, nut, bearings or gears carry the load: their friction is a share of the force on them.",
-        consequence="A friction compensation set without a load is too weak with one.",
-        action="Feed friction forward by the load, lubricate, or relieve the guide (rollers, counterbalance).",
-        invariant_to="position and speed; it changes with the lubricant. It cannot be below zero.",
-        source="Armstrong-Helouvry et al. (1994), section 2.",
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction by load, or None."""

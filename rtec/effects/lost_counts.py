@@ -10,7 +10,7 @@ import numpy as np
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -59,21 +59,6 @@ class LostCounts(ScannedEffect):
         Rival("thermal_shift", experiments.COOL_AGAIN),
         Rival("dead_path", experiments.OTHER_WEATHER),
         Rival("run_offset", experiments.ZERO_AGAIN),
-    )
-    card = Card(
-        title="Lost counts",
-        plot="A step against time: all later readings are shifted, usually by whole counts.",
-        cause="Noise on the lines, an encoder faster than its receiver, a slipping coupling, a bumped target mirror.",
-        consequence="All positions are wrong until the axis is referenced again.",
-        action=(
-            "Check the index after each cycle; check cables, shielding, supply, couplings, and the maximum "
-            "frequency of encoder and receiver."
-        ),
-        invariant_to="position, direction and feed.",
-        source=(
-            "Yee (1992), altering the position signal: a decoder misses pulses that are too narrow, and each lost "
-            "count shifts all later positions."
-        ),
     )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Effect, Shape
+from rtec.effects.protocol import Effect, Shape
 
 
 class Offset(Effect):
@@ -25,15 +25,6 @@ class Offset(Effect):
     name = "offset"
     is_datum = True
     needs = "nothing"
-    card = Card(
-        title="Offset",
-        plot="All deviations are shifted by the same amount, in both directions and every run.",
-        cause="Axis and instrument have different zeros: reference point, laser datum, home position.",
-        consequence="Absolute positions are off by this amount; distances are right.",
-        action="Zero the instrument at the reference point, or correct the reference point.",
-        invariant_to="position, direction, feed, time and temperature.",
-        source="ISO 230-2: the datum is free, only differences count.",
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

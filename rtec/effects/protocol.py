@@ -11,6 +11,7 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
+from rtec.effects.cards import Card, cards
 from rtec.effects.conditions import Conditions, Floats
 from rtec.errors import ArgumentError
 
@@ -115,22 +116,6 @@ class Rival:
         return self.permanent or (self.on_lengths and conditions.position_unit == "mm")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Card:
-    """What a user reads about an effect, as on the cards of a ballbar's help."""
-
-    title: str
-    plot: str
-    """How it looks, and in which plot."""
-    cause: str
-    consequence: str
-    action: str
-    invariant_to: str
-    """What does not change it."""
-    source: str
-    """Paper, section, equation or table; docs/references.md has them in full."""
-
-
 class Per(enum.Enum):
     """What an amplitude goes with, so that its unit is that of what is observed per unit of it."""
 
@@ -231,7 +216,6 @@ class Effect(abc.ABC):
     """Its name says of what kind an error is: in a sentence ``error`` follows it."""
     needs: ClassVar[str]
     """What it needs from the data, in words."""
-    card: ClassVar[Card]
     shape_type: ClassVar[type[Shape]] = Shape
     amplitude: ClassVar[str] = ""
     """Name of its only amplitude; empty: that of the effect."""
@@ -265,6 +249,11 @@ class Effect(abc.ABC):
     """Other effects with which it may be one: each has a part of what one cause does."""
     never_ranked: ClassVar[bool] = False
     """No score test ranks it: it is not identifiable from another effect, or is found by other means than columns."""
+
+    @property
+    def card(self) -> Card:
+        """What a user reads about it; an effect of the library has its card on the page."""
+        return cards()[self.name]
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""

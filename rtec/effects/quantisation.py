@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 VISIBLE = 0.05
@@ -46,20 +46,6 @@ class Quantisation(Effect):
     shape_type = QuantisationShape
     never_ranked = True
     rivals = (Rival("interpolation", experiments.FINE_STEPS),)
-    card = Card(
-        title="Quantisation",
-        plot=(
-            "Values lie on a comb of equal steps; residuals fill a band one step wide or are a sawtooth against "
-            "position."
-        ),
-        cause="Counts of the encoder, digits of a display, decimals of a file.",
-        consequence=(
-            "Nothing below a step shows; the noise floor is at least the step divided by the square root of 12."
-        ),
-        action="Record more digits, use finer counts, or accept the floor.",
-        invariant_to="direction, feed, time and shifts by whole steps.",
-        source="Yee (1992), position feedback signals: the resolution is a quarter of the square wave's cycle.",
-    )
 
     def rounded(self, values: npt.ArrayLike, step: float) -> Floats:
         """Return the values as they are recorded in whole steps, halves to the even neighbour.

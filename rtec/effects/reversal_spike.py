@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Quantity, Rival, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Quantity, Rival, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances, opposed, unseen_distances
 
 
@@ -48,21 +48,6 @@ class ReversalSpike(AfterReversal):
         Rival("backlash", experiments.AFTER_REVERSAL),
         Rival("backlash_map", experiments.MANY_REVERSALS),
         Rival("hysteresis", experiments.SHORT_AND_LONG),
-    )
-    card = Card(
-        title="Reversal spike",
-        plot="After each reversal the deviation jumps and decays over a distance; on a circle four spikes.",
-        cause=(
-            "Static friction: the drive must build up force before the slide follows. Or a compensation of backlash "
-            "or friction that is too large."
-        ),
-        consequence="Marks on contours where an axis reverses.",
-        action=(
-            "Tune the friction compensation, stiffen the velocity loop, lubricate. A spike of the other sign: the "
-            "compensation is too large."
-        ),
-        invariant_to="position of the reversal, and time.",
-        source="ISO 230-4; Erwinski et al. (2019), section 3: friction drops after standstill.",
     )
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Card, Effect, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Per, Rival, Shape
 
 
 class Scale(Effect):
@@ -34,21 +34,6 @@ class Scale(Effect):
         Rival("acceleration_lag", experiments.TWO_STROKES),
         Rival("warm_up_growth", experiments.INTERLEAVE),
         Rival("refraction", experiments.OTHER_WEATHER),
-    )
-    card = Card(
-        title="Scale error (lead)",
-        plot="The deviation is a straight line against position, the same in both directions.",
-        cause=(
-            "The screw's lead or the scale's graduation is off by a constant factor: stretched or warm, wrong "
-            "factor in the control, or wrong weather data of the laser."
-        ),
-        consequence="Lengths are wrong in proportion to their size.",
-        action=(
-            "Check the laser's air and material temperature, pressure and humidity; then correct the factor or load "
-            "a linear compensation."
-        ),
-        invariant_to="direction, feed and time; a shifted zero adds only an offset.",
-        source='Thesis, section 5.1: the machine positions "long" by about 0.0012 inch over 39 inch.',
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

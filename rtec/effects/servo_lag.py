@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Amplitude, Card, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
 
 
 class ServoLag(Effect):
@@ -29,21 +29,6 @@ class ServoLag(Effect):
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
     data_checks = (no_speed,)
     rivals = (Rival("backlash", experiments.THREE_FEEDS),)
-    card = Card(
-        title="Servo lag (delay)",
-        plot=(
-            "In a log the deviation is proportional to velocity; in readings on the fly the two curves are twice "
-            "the lag times the feed apart."
-        ),
-        cause=(
-            "A position loop without feed-forward follows late by 1/kv; so does a reference, filter or bus that "
-            "reads late."
-        ),
-        consequence="Corners are cut, circles shrink; unequal lags make ellipses.",
-        action="Raise kv, match the axes, add velocity feed-forward; synchronise instrument and axis.",
-        invariant_to="position, time, temperature and order of the moves; zero at standstill.",
-        source="Erwinski et al. (2016), sections I and II.",
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, negative, shape (rows, 1)."""

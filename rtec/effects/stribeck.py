@@ -11,7 +11,7 @@ from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, no_speed, one_way
-from rtec.effects.protocol import Card, Quantity, Rival, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Quantity, Rival, Shape, Tunable, own_shape, parameter
 
 FEWEST_SPEEDS = 4
 SLOWEST = 1 / 300
@@ -49,18 +49,6 @@ class Stribeck(BuildsUp):
     shape_type = StribeckShape
     data_checks = (no_speed, one_way)
     rivals = (Rival("coulomb", experiments.CREEP),)
-    card = Card(
-        title="Stribeck friction",
-        plot="Against speed the force falls from a peak at creep to a minimum before viscous friction raises it.",
-        cause="At creep the surfaces touch; at speed lubricant is drawn between them.",
-        consequence="Stick-slip at slow feeds, steps after standstill, glitches where circles reverse.",
-        action="Use guideway oil with friction modifier or roller guides; keep feeds above the Stribeck speed.",
-        invariant_to="position and acceleration; gone well above the Stribeck speed. It cannot be below zero.",
-        source=(
-            "Erwinski et al. (2019), section 3: friction drops after standstill and rises again above the Stribeck "
-            "velocity."
-        ),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that falls with speed, or None."""

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Card, Per, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Per, Quantity, Rival, Shape, Units, own_shape, parameter
 
 FAR = 2.0
 """Spans beyond the axis from which on a fixed point is none: all of it moves alike."""
@@ -50,21 +50,6 @@ class ThermalGrowth(FollowsHeat):
         Rival("thermal_shift", experiments.HOT_AT_BOTH_ENDS),
         Rival("warm_up_growth", experiments.OTHER_HEAT),
         Rival("refraction", experiments.OTHER_WEATHER),
-    )
-    card = Card(
-        title="Thermal growth",
-        plot=(
-            "The slope of the deviation against position changes with temperature: runs fan out from the fixed "
-            "bearing."
-        ),
-        cause="Screw, scale or bed expand between the fixed point and the slide; steel by about 11.5 um/m/K.",
-        consequence="Lengths grow with temperature; a compensation made cold is wrong when the machine is warm.",
-        action=(
-            "Compensate by the temperature of screw or scale, cool the screw, or fix the scale at one point; "
-            "measure at a stated temperature."
-        ),
-        invariant_to="direction, feed and order of the readings.",
-        source="Yao et al. (2013), section 4.1; thesis, section 3.3; Yee (1992), introduction; ISO 1, ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

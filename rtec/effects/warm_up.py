@@ -12,7 +12,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
 
@@ -55,20 +55,6 @@ class WarmUp(ScannedEffect):
         Rival("warm_up_growth", experiments.FAR_AND_WARM),
         Rival("dead_path", experiments.OTHER_WEATHER),
         Rival("run_offset", experiments.ZERO_AGAIN),
-    )
-    card = Card(
-        title="Warm-up",
-        plot="Against time the deviation rises fast at first and levels off.",
-        cause="Spindle, motor, nut or hydraulics heat the structure after the start, with one time constant.",
-        consequence="The first parts of a shift differ from the later ones.",
-        action=(
-            "Warm the machine up before measuring and working; record temperatures, so that growth can be told from "
-            "time."
-        ),
-        invariant_to="position, direction and feed.",
-        source=(
-            "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; Yee (1992), introduction; ISO 230-3."
-        ),
     )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:

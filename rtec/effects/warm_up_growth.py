@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Card, Per, Rival, Shape
+from rtec.effects.protocol import Per, Rival, Shape
 from rtec.effects.warm_up import WarmUp
 
 
@@ -40,15 +40,6 @@ class WarmUpGrowth(WarmUp):
         Rival("scale", experiments.INTERLEAVE),
         Rival("drift", experiments.LONGER),
         Rival("refraction", experiments.OTHER_WEATHER),
-    )
-    card = Card(
-        title="Growth during warm-up",
-        plot="The slope against position rises fast at first and levels off: runs fan out from the fixed bearing.",
-        cause="Screw, scale or bed is heated by its own friction after the start and grows.",
-        consequence="Lengths of the first parts of a shift differ from those of the later ones.",
-        action="Warm the axis up by moving it, correct by a sensor on the screw, or use a scale.",
-        invariant_to="direction and feed.",
-        source="Yao et al. (2013), section 4.2; thesis, section 5.2; ISO 230-3.",
     )
 
     def untestable(self, conditions: Conditions) -> str | None:

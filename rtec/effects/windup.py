@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Card, Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
@@ -85,24 +85,6 @@ class Windup(AfterReversal):
         Rival("backlash_map", experiments.MANY_REVERSALS),
         Rival("reversal_spike", experiments.AFTER_REVERSAL),
         Rival("hysteresis", experiments.SHORT_AND_LONG),
-    )
-    card = Card(
-        title="Wind-up after reversal",
-        plot=(
-            "After each reversal the deviation goes over from one branch to the other along one exponential of the "
-            "distance since the reversal."
-        ),
-        cause=(
-            "Friction winds up an elastic drive (long screw, belt, gear train) or deforms seals and guideways "
-            "before they slide (presliding)."
-        ),
-        consequence="Short moves after a reversal fall short; small circles are flattened.",
-        action=(
-            "Reduce friction or stiffen the drive; approach targets from one side with a run-up longer than the "
-            "wind-up distance."
-        ),
-        invariant_to="position of the reversal, feed and time.",
-        source="Dahl (1968); thesis, section 4.2: the run-up begins beyond the first target.",
     )
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:

@@ -2,6 +2,7 @@
 
 from rtec.io.destination import FIGURES, check_file, check_folder, report_folder
 from rtec.io.json import json_text, parse_json, strict
+from rtec.io.pages import pages_folder
 from rtec.io.text import MAX_BYTES, brief, read_any_text, read_bytes, read_text, unreadable
 from rtec.io.toml import Section, choice, parse_toml, read_toml
 from rtec.io.whole_file import WholeFile, write_bytes, write_lines, write_text
@@ -17,6 +18,7 @@ __all__ = [
     "check_folder",
     "choice",
     "json_text",
+    "pages_folder",
     "parse_json",
     "parse_toml",
     "read_any_text",

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from rtec.effects import LIBRARY, Conditions, HeatShape, Observable, Shape, Units, effect_named
+from rtec.effects.cards import cards
 from rtec.effects.library import CAPTURE_EFFECTS
 from rtec.effects.lost_counts import StepShape
 from rtec.effects.thermal_growth import GrowthShape
 from rtec.effects.windup import WindupShape
 from rtec.errors import ArgumentError
-from tests.look_alikes import cards, page
+from tests.look_alikes import page
 
 ROOT = Path(__file__).parents[3]
 NAMES = (
@@ -307,7 +308,7 @@ def test_the_page_holds_every_name_and_card():
     rows = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
     assert rows[: len(NAMES)] == NAMES
     assert all(effect.needs in page for effect in LIBRARY)
-    assert page.endswith(f"## Cards\n\n{cards()}")
+    assert list(cards()) == NAMES
 
 
 def test_the_page_of_look_alikes_is_that_of_the_library():
