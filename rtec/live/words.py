@@ -8,23 +8,6 @@ from rtec.requester.settings import PcState
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import HoldReason
 
-STATUS_WORDS = {
-    Status.OK: "corrections follow the PC's requests",
-    Status.NOT_HOMED: "not homed: at home it waits for a PC",
-    Status.PROBING: "probing: nothing is corrected",
-    Status.DISABLED: "the switch forbids corrections, and the PC asks for some",
-    Status.I_DONT_BELIEVE_YOU: "I Don't Believe You: the request changed by more than the window",
-    Status.I_STILL_DONT_BELIEVE_YOU: "I Still Don't Believe You: three requests in a row beyond the window",
-    Status.REFUSED_TOO_FAST: "the axis is too fast to insert; what is asked for waits",
-    Status.LINK_LOST: "nothing was heard from the PC for longer than the watchdog timeout",
-    Status.HELD: "a PC on the bus holds the machine",
-    Status.AXIS_TAKEN: "another box on the bus has this axis' number",
-    Status.IMPLAUSIBLE: "the PC asked for a total beyond the limit",
-    Status.ENCODER_FAULT: "both encoder lines changed at once: look at the cable",
-    Status.SETUP_DIFFERS: "the PC on the bus is set up for another machine",
-    Status.DRIVE_STOPPED: "the controller stopped the drive, and the PC is told",
-}
-
 ALARM_WORDS = {
     Alarm.FOLLOWING: "the controller stopped the drive: the axis does not follow its command",
     Alarm.ILLEGAL: "the controller stopped the drive: both of its lines changed at once",
@@ -48,7 +31,7 @@ def box_words(view: StationView) -> str:
         )
     if not view.powered:
         return "the box has no power: A and B go through as they are, and the machine is held"
-    words = STATUS_WORDS[view.status]
+    words = view.status.meaning
     if view.box_state is BoxState.FATAL:
         words = f"stopped for good, hold contact open: {words}"
     if view.alarm is not Alarm.NONE:
@@ -67,7 +50,7 @@ def pc_words(view: PcView) -> str:
     if view.state is PcState.ACTIVE:
         words = "active"
         if view.status is not None and view.status is not Status.OK:
-            words = f"active; the box says: {STATUS_WORDS[view.status]}"
+            words = f"active; the box says: {view.status.meaning}"
         return words
     return waiting_words(view)
 
@@ -77,7 +60,7 @@ def waiting_words(view: PcView) -> str:
     if not view.connected or view.box_state is None:
         return "waiting: nothing heard from the box"
     if view.box_state is BoxState.FATAL:
-        why = "" if view.status is None else f": {STATUS_WORDS[view.status]}"
+        why = "" if view.status is None else f": {view.status.meaning}"
         return f"waiting: the box has stopped for good{why}"
     if view.box_state is BoxState.NOT_HOMED:
         return "waiting: the box is heard; the axis has to stand at home ('home' at the box)"

@@ -3,35 +3,50 @@
 from __future__ import annotations
 
 import enum
+from typing import Self
 
 from rtec.requester import _box_kernels
 
 
-class Status(enum.IntEnum):
-    """What the box's status word says."""
+class Code(enum.IntEnum):
+    """A number of a message, with what it means to the operator."""
 
-    OK = _box_kernels.OK
-    NOT_HOMED = _box_kernels.STATUS_NOT_HOMED
-    PROBING = _box_kernels.STATUS_PROBING
-    DISABLED = _box_kernels.STATUS_DISABLED
-    I_DONT_BELIEVE_YOU = _box_kernels.I_DONT_BELIEVE_YOU
-    I_STILL_DONT_BELIEVE_YOU = _box_kernels.I_STILL_DONT_BELIEVE_YOU
-    REFUSED_TOO_FAST = _box_kernels.REFUSED_TOO_FAST
-    """The speed gate refuses: the axis is too fast for what is still to be inserted."""
-    LINK_LOST = _box_kernels.LINK_LOST
-    """Nothing was heard from the PC for longer than the watchdog timeout; fatal."""
-    HELD = _box_kernels.HELD
-    """The PC holds the machine; fatal."""
-    AXIS_TAKEN = _box_kernels.AXIS_TAKEN
-    """Another box has the same axis number; fatal."""
-    IMPLAUSIBLE = _box_kernels.IMPLAUSIBLE
-    """A total beyond the box's limit was asked for; fatal."""
-    ENCODER_FAULT = _box_kernels.ENCODER_FAULT
-    """Both lines of the encoder changed at once; fatal."""
-    SETUP_DIFFERS = _box_kernels.SETUP_DIFFERS
-    """The PC expects another design, step or cycle; it cannot take the axis home. Fatal where it has done so."""
-    DRIVE_STOPPED = _box_kernels.DRIVE_STOPPED
-    """The controller has stopped the drive; fatal."""
+    meaning: str
+
+    def __new__(cls, number: int, meaning: str) -> Self:
+        """Make a member of its number and its meaning."""
+        code = int.__new__(cls, number)
+        code._value_, code.meaning = number, meaning
+        return code
+
+
+class Status(Code):
+    """What the box's status word says.
+
+    Those from `LINK_LOST` on are fatal. `SETUP_DIFFERS`, another design, step or cycle, is so only where the PC has
+    taken the axis home; else it keeps the PC from that.
+    """
+
+    OK = _box_kernels.OK, "corrections follow the PC's requests"
+    NOT_HOMED = _box_kernels.STATUS_NOT_HOMED, "not homed: at home it waits for a PC"
+    PROBING = _box_kernels.STATUS_PROBING, "probing: nothing is corrected"
+    DISABLED = _box_kernels.STATUS_DISABLED, "the switch forbids corrections, and the PC asks for some"
+    I_DONT_BELIEVE_YOU = (
+        _box_kernels.I_DONT_BELIEVE_YOU,
+        "I Don't Believe You: the request changed by more than the window",
+    )
+    I_STILL_DONT_BELIEVE_YOU = (
+        _box_kernels.I_STILL_DONT_BELIEVE_YOU,
+        "I Still Don't Believe You: three requests in a row beyond the window",
+    )
+    REFUSED_TOO_FAST = _box_kernels.REFUSED_TOO_FAST, "the axis is too fast to insert; what is asked for waits"
+    LINK_LOST = _box_kernels.LINK_LOST, "nothing was heard from the PC for longer than the watchdog timeout"
+    HELD = _box_kernels.HELD, "a PC on the bus holds the machine"
+    AXIS_TAKEN = _box_kernels.AXIS_TAKEN, "another box on the bus has this axis' number"
+    IMPLAUSIBLE = _box_kernels.IMPLAUSIBLE, "the PC asked for a total beyond the limit"
+    ENCODER_FAULT = _box_kernels.ENCODER_FAULT, "both encoder lines changed at once: look at the cable"
+    SETUP_DIFFERS = _box_kernels.SETUP_DIFFERS, "the PC on the bus is set up for another machine"
+    DRIVE_STOPPED = _box_kernels.DRIVE_STOPPED, "the controller stopped the drive, and the PC is told"
 
 
 class BoxState(enum.IntEnum):

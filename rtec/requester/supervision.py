@@ -2,87 +2,76 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 
 from rtec._jit import Record
 from rtec.checks import number_within, whole_within
 from rtec.requester import _pc_node_kernels as _codes
+from rtec.requester.status import Code
 from rtec.units import PS_PER_MS
 
 
-class HoldReason(enum.IntEnum):
-    """Why the PC holds the machine; the numbers are those of the message Hold."""
+class HoldReason(Code):
+    """Why the PC holds the machine; the numbers are those of the message Hold.
 
-    NONE = _codes.NONE
-    BOX_STILL_DOUBTS = _codes.BOX_STILL_DOUBTS
-    BOX_SILENT = _codes.BOX_SILENT
-    BOX_RESTARTED = _codes.BOX_RESTARTED
-    CORRECTIONS_DISABLED = _codes.CORRECTIONS_DISABLED
-    BOX_LOST_LINK = _codes.BOX_LOST_LINK
-    BOX_HELD = _codes.BOX_HELD
-    AXIS_TAKEN = _codes.AXIS_TAKEN
-    POSITION_IMPLAUSIBLE = _codes.POSITION_IMPLAUSIBLE
-    PREDICTOR_OUT_OF_RANGE = _codes.PREDICTOR_OUT_OF_RANGE
-    CLOCK_JUMP = _codes.CLOCK_JUMP
-    ANOTHER_PC = _codes.ANOTHER_PC
-    BUS_OFF = _codes.BUS_OFF
-    OTHER_AXIS = _codes.OTHER_AXIS
-    ENCODER_FAULT = _codes.ENCODER_FAULT
-    BOX_IMPLAUSIBLE = _codes.BOX_IMPLAUSIBLE
-    DEVIATION_LIMIT = _codes.DEVIATION_LIMIT
-    COMPLETED_WRONG = _codes.COMPLETED_WRONG
-    OPERATOR = _codes.OPERATOR
-    NOT_COMPLETED = _codes.NOT_COMPLETED
-    ANSWER_LATE = _codes.ANSWER_LATE
-    STATUS_WRONG = _codes.STATUS_WRONG
-    BEYOND_WORD = _codes.BEYOND_WORD
-    SETUP_DIFFERS = _codes.SETUP_DIFFERS
-    DRIVE_STOPPED = _codes.DRIVE_STOPPED
+    Examples
+    --------
+    >>> HoldReason.BOX_SILENT.meaning
+    'nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus'
+    """
 
-    @property
-    def meaning(self) -> str:
-        """Return what happened and what to do, in a sentence for the operator.
-
-        Examples
-        --------
-        >>> HoldReason.BOX_SILENT.meaning
-        'nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus'
-        """
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    HoldReason.NONE: "the machine is not held",
-    HoldReason.BOX_STILL_DOUBTS: "the box says I Still Don't Believe You: look at the predictor, then home again",
-    HoldReason.BOX_SILENT: (
-        "nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus"
-    ),
-    HoldReason.BOX_RESTARTED: "the box has started again and lost its totals: home again",
-    HoldReason.CORRECTIONS_DISABLED: "the box's switch forbids corrections, and one was asked for: close the switch",
-    HoldReason.BOX_LOST_LINK: "the box has not heard this PC for longer than the watchdog timeout: look at the bus",
-    HoldReason.BOX_HELD: "the box was told to hold by a message on the bus",
-    HoldReason.AXIS_TAKEN: "two boxes have the same axis number: give each axis its own",
-    HoldReason.POSITION_IMPLAUSIBLE: "the box's position jumps, or does not agree with what the box has added up",
-    HoldReason.PREDICTOR_OUT_OF_RANGE: "the axis has left the range that the predictor knows",
-    HoldReason.CLOCK_JUMP: "this PC stood still, or its clock jumped, for longer than the watchdog timeout",
-    HoldReason.ANOTHER_PC: "another PC talks to this axis' box: only one may",
-    HoldReason.BUS_OFF: "this PC is off the bus",
-    HoldReason.OTHER_AXIS: "another axis of the machine is held",
-    HoldReason.ENCODER_FAULT: "the box saw both encoder lines change at once: look at the encoder's cable",
-    HoldReason.BOX_IMPLAUSIBLE: "the box was asked for a total beyond its limit",
-    HoldReason.DEVIATION_LIMIT: "the predictor asks for more than the limit of the deviation",
-    HoldReason.COMPLETED_WRONG: "the box has accepted a total that this PC never asked for",
-    HoldReason.OPERATOR: "the operator held the machine",
-    HoldReason.NOT_COMPLETED: "the box has not inserted what it accepted for longer than the completion timeout",
-    HoldReason.ANSWER_LATE: "the box answers requests that are too old: the bus delays what it carries, or loses it",
-    HoldReason.STATUS_WRONG: "the box says a state or a code that no box has, or that do not go together",
-    HoldReason.BEYOND_WORD: "the predictor asks for more steps than the request's word of this design holds",
-    HoldReason.SETUP_DIFFERS: "box and PC are set up for another design, step or cycle: start both with the same",
-    HoldReason.DRIVE_STOPPED: (
-        "the controller has stopped the drive (following error or encoder fault): correct that, then home again"
-    ),
-}
+    NONE = _codes.NONE, "the machine is not held"
+    BOX_STILL_DOUBTS = (
+        _codes.BOX_STILL_DOUBTS,
+        "the box says I Still Don't Believe You: look at the predictor, then home again",
+    )
+    BOX_SILENT = (
+        _codes.BOX_SILENT,
+        "nothing was heard from the box for longer than the watchdog timeout: look at its power and the bus",
+    )
+    BOX_RESTARTED = _codes.BOX_RESTARTED, "the box has started again and lost its totals: home again"
+    CORRECTIONS_DISABLED = (
+        _codes.CORRECTIONS_DISABLED,
+        "the box's switch forbids corrections, and one was asked for: close the switch",
+    )
+    BOX_LOST_LINK = (
+        _codes.BOX_LOST_LINK,
+        "the box has not heard this PC for longer than the watchdog timeout: look at the bus",
+    )
+    BOX_HELD = _codes.BOX_HELD, "the box was told to hold by a message on the bus"
+    AXIS_TAKEN = _codes.AXIS_TAKEN, "two boxes have the same axis number: give each axis its own"
+    POSITION_IMPLAUSIBLE = (
+        _codes.POSITION_IMPLAUSIBLE,
+        "the box's position jumps, or does not agree with what the box has added up",
+    )
+    PREDICTOR_OUT_OF_RANGE = _codes.PREDICTOR_OUT_OF_RANGE, "the axis has left the range that the predictor knows"
+    CLOCK_JUMP = _codes.CLOCK_JUMP, "this PC stood still, or its clock jumped, for longer than the watchdog timeout"
+    ANOTHER_PC = _codes.ANOTHER_PC, "another PC talks to this axis' box: only one may"
+    BUS_OFF = _codes.BUS_OFF, "this PC is off the bus"
+    OTHER_AXIS = _codes.OTHER_AXIS, "another axis of the machine is held"
+    ENCODER_FAULT = _codes.ENCODER_FAULT, "the box saw both encoder lines change at once: look at the encoder's cable"
+    BOX_IMPLAUSIBLE = _codes.BOX_IMPLAUSIBLE, "the box was asked for a total beyond its limit"
+    DEVIATION_LIMIT = _codes.DEVIATION_LIMIT, "the predictor asks for more than the limit of the deviation"
+    COMPLETED_WRONG = _codes.COMPLETED_WRONG, "the box has accepted a total that this PC never asked for"
+    OPERATOR = _codes.OPERATOR, "the operator held the machine"
+    NOT_COMPLETED = (
+        _codes.NOT_COMPLETED,
+        "the box has not inserted what it accepted for longer than the completion timeout",
+    )
+    ANSWER_LATE = (
+        _codes.ANSWER_LATE,
+        "the box answers requests that are too old: the bus delays what it carries, or loses it",
+    )
+    STATUS_WRONG = _codes.STATUS_WRONG, "the box says a state or a code that no box has, or that do not go together"
+    BEYOND_WORD = _codes.BEYOND_WORD, "the predictor asks for more steps than the request's word of this design holds"
+    SETUP_DIFFERS = (
+        _codes.SETUP_DIFFERS,
+        "box and PC are set up for another design, step or cycle: start both with the same",
+    )
+    DRIVE_STOPPED = (
+        _codes.DRIVE_STOPPED,
+        "the controller has stopped the drive (following error or encoder fault): correct that, then home again",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
