@@ -17,7 +17,7 @@ from rtec.blind.game import play
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.hidden import Secret
 from rtec.blind.line import Line
-from rtec.blind.scored import Game, LineScore, PoolScore
+from rtec.blind.scored import Game, LineScore
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.inference.compare import AT_THE_FLOOR
@@ -57,12 +57,12 @@ class Confusion:
     seed: int
 
     @property
-    def pools(self) -> tuple[PoolScore, ...]:
-        """Lines that share a bar, where all of them were played."""
+    def pools(self) -> tuple[LineScore, ...]:
+        """Lines that share a bar, counted together where all of them were played."""
         by_title = {score.line.title: score for score in self.scores}
         return tuple(
-            PoolScore(
-                pool=pool,
+            LineScore(
+                line=pool,
                 right=sum(by_title[title].right for title in pool.members),
                 trials=sum(by_title[title].trials for title in pool.members),
             )

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.blind.answer import Rule
 from rtec.blind.drawn_plans import MOST_RUNS, MOST_TARGETS, drawn_log, drawn_plan
 from rtec.blind.draws import Draw, stream
-from rtec.blind.line import Line, Pool
+from rtec.blind.line import Line
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import Plan
@@ -142,8 +142,8 @@ def harder_lines() -> tuple[Line, ...]:
     )  # fmt: skip
 
 
-def the_pools() -> tuple[Pool, ...]:
-    """Return the lines that share a bar.
+def the_pools() -> tuple[Line, ...]:
+    """Return the bars that several lines must reach together.
 
     Examples
     --------
@@ -151,8 +151,9 @@ def the_pools() -> tuple[Pool, ...]:
     [(0.98, 8)]
     """
     return (
-        Pool(
+        Line(
             title="nothing, drawn plans, all eight families of noise",
+            rule=Rule.WRONG_NAME,
             share=0.98,
             members=tuple(_null(noise).title for noise in Noise),
         ),

@@ -1,4 +1,4 @@
-"""What a line of the confusion matrix is, and several lines that share a bar."""
+"""What a line of the confusion matrix is."""
 
 from __future__ import annotations
 
@@ -31,6 +31,8 @@ class Line:
         a module, or a partial of one.
     most_left_out
         Largest share of the games that may be left out as too weak.
+    members
+        Titles of lines whose games are counted together, where it has none of its own.
 
     Raises
     ------
@@ -45,10 +47,11 @@ class Line:
     above_detectable: bool = False
     draw: Callable[[int, int], Scenario] | None = None
     most_left_out: float = 1.0
+    members: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that there is something to play."""
-        if bool(self.scenarios) is (self.draw is not None):
+        if not self.members and bool(self.scenarios) is (self.draw is not None):
             raise ArgumentError("scenarios", "both" if self.scenarios else "none", "one or more, or else a draw")
 
     def scenario(self, trial: int, seed: int) -> Scenario:
@@ -61,22 +64,3 @@ class Line:
         ('scale',)
         """
         return self.scenarios[trial % len(self.scenarios)] if self.draw is None else self.draw(trial, seed)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pool:
-    """Several lines that must reach a bar together.
-
-    Parameters
-    ----------
-    title
-        What they have in common.
-    share
-        Least share of right answers over all of their games.
-    members
-        Titles of the lines.
-    """
-
-    title: str
-    share: float
-    members: tuple[str, ...]

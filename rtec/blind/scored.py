@@ -1,11 +1,11 @@
-"""What came out of many games: each game, each line, several lines together."""
+"""What came out of many games: each game, each line."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-from rtec.blind.line import Line, Pool
+from rtec.blind.line import Line
 
 _Z = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""
@@ -105,8 +105,8 @@ class LineScore:
     line: Line
     right: int
     trials: int
-    left_out: int
-    cells: tuple[tuple[str, str, int], ...]
+    left_out: int = 0
+    cells: tuple[tuple[str, str, int], ...] = ()
     games: tuple[Game, ...] = ()
 
     @property
@@ -124,30 +124,3 @@ class LineScore:
         """Whether enough answers are right, and no more games left out than may be."""
         most = self.line.most_left_out * (self.trials + self.left_out)
         return self.trials > 0 and self.share >= self.line.share and self.left_out <= most
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PoolScore:
-    """How a judge did on several lines together.
-
-    Parameters
-    ----------
-    pool
-        Which.
-    right, trials
-        Right answers, and trials that count.
-    """
-
-    pool: Pool
-    right: int
-    trials: int
-
-    @property
-    def share(self) -> float:
-        """Share of right answers; NaN where no trial counts."""
-        return self.right / self.trials if self.trials else math.nan
-
-    @property
-    def reached(self) -> bool:
-        """Whether the share of right answers is at least that of the pool."""
-        return self.trials > 0 and self.share >= self.pool.share

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rtec.blind.answer import Rule
-from rtec.blind.scored import LineScore, PoolScore, wilson
+from rtec.blind.scored import LineScore, wilson
 
 _RARE = 0.02
 _OTHER = "another"
@@ -17,12 +17,12 @@ _SCORES = (
 _WRONG = (Rule.NOTHING, Rule.WRONG_NAME)
 
 
-def scores(of_lines: Sequence[LineScore], of_pools: Sequence[PoolScore]) -> list[str]:
+def scores(of_lines: Sequence[LineScore], of_pools: Sequence[LineScore]) -> list[str]:
     """Return the table of all lines, each pool after the last of its lines."""
     rows = list(_SCORES)
     for score in of_lines:
         rows.append(_score_row(score))
-        rows += [_pool_row(pool) for pool in of_pools if pool.pool.members[-1] == score.line.title]
+        rows += [_score_row(pool) for pool in of_pools if pool.line.members[-1] == score.line.title]
     return rows
 
 
@@ -58,24 +58,14 @@ def _score_row(score: LineScore) -> str:
     if line.most_left_out < 1.0:
         bar += f", at most {line.most_left_out:.0%} too weak"
     out = f", {score.left_out} too weak" if score.left_out else ""
-    mark = "shown" if line.share == 0.0 else _mark(score.reached)
+    mark = "shown" if line.share == 0.0 else "reached" if score.reached else "missed"
     return f"| {line.title} | {line.rule.value} | {bar} | {share_cells(score.right, score.trials, out)} | {mark} |"
-
-
-def _pool_row(score: PoolScore) -> str:
-    cells = share_cells(score.right, score.trials)
-    what = Rule.WRONG_NAME.value
-    return f"| {score.pool.title} | {what} | {_bar(score.pool.share, True)} | {cells} | {_mark(score.reached)} |"
 
 
 def _bar(share: float, of_wrong: bool) -> str:
     if share == 0.0:
         return "none"
     return f"wrong at most {1.0 - share:.0%}" if of_wrong else f"at least {share:.0%}"
-
-
-def _mark(reached: bool) -> str:
-    return "reached" if reached else "missed"
 
 
 def share_cells(right: int, trials: int, note: str = "") -> str:

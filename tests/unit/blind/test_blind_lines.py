@@ -8,7 +8,6 @@ import pytest
 
 from rtec.blind import OUTSIDE, Line, LineScore, Noise, Rule, Scenario, confusion, play, the_lines, the_pools
 from rtec.blind.confusion import seed_of
-from rtec.blind.scored import PoolScore
 from rtec.errors import ArgumentError
 from rtec.metrology import Passes, Reading
 
@@ -125,7 +124,7 @@ def test_lines_that_share_a_bar_are_counted_together():
     assert "| nothing, drawn plans, all eight families of noise |" in result.as_markdown()
     assert "wrong at most 2% | 15 of 16 | 93.8% |" in result.as_markdown()
     assert confusion(lines[1:], 1, lambda _: ("NONE", ())).pools == ()
-    assert not PoolScore(pool=the_pools()[0], right=0, trials=0).reached
+    assert not LineScore(line=the_pools()[0], right=0, trials=0).reached
 
 
 def test_drawn_sets_are_tallied_by_effect():
