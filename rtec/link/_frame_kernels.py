@@ -26,6 +26,8 @@ KINDS_OF_AXIS = (SETUP, EXPECTED, STATUS, REQUEST, CORRECTIONS, POSITION, PROBE)
 MOST_AXES = 15
 AXIS_BITS = 0xF
 
+PAYLOAD_BITS = 64
+
 # flags of a request; the first three are those of the box's state machine
 LARGE_CORRECTION = 1
 PROBING = 2
@@ -40,69 +42,65 @@ IS_PROBING = 16
 HOLD_WANTED = 32
 AT_HOME = 64
 
-COUNTED_BITS = 15
-SETUP_BITS = 48
+# fields of the messages: the first bit, how many, and whether the number is signed
+SEQUENCE = 8, 8, False
+REQUEST_TOTAL = 16, 16, True
+REQUEST_INVERSE = 32, 16, False
+REQUEST_FLAGS = 48, 5, False
+REQUEST_REQUESTER = 48 + REQUESTER_SHIFT, 3, False
+REQUEST_SESSION = 56, 8, False
+STATUS_CODE = 16, 8, False
+STATUS_FLAGS = 24, 8, False
+"""The state, in the lowest three bits, and the flags above it."""
+STATUS_SESSION = 32, 8, False
+"""The number of the box's present session: another one after each start."""
+STATUS_FRAMES = 40, 8, False
+STATUS_REQUESTS = 48, 8, False
+STATUS_MOMENTS = 56, 8, False
+CORRECTIONS_COMPLETED = 16, 16, True
+CORRECTIONS_ACCEPTED = 32, 16, True
+CORRECTIONS_SESSION = 48, 8, False
+CORRECTIONS_JUDGED = 56, 8, False
+"""The sequence counter of the request that the box judged last."""
+POSITION_COUNTS = 16, 32, True
+POSITION_VALID = 48, 1, False
+POSITION_COUNTED = 49, 15, False
+"""The counts since home that the box has added up, modulo 2^15."""
+PROBE_COUNTS = POSITION_COUNTS
+PROBE_TRIPS = 48, 8, False
+PROBE_SESSION = 56, 8, False
+HOLD_REASON = 16, 8, False
+HOLD_AXIS = 24, 8, False
+SETUP_WORD = 16, 48, False
+"""The word of `design_cycle_step`."""
 
 
 @step
-def unsigned(payload: int, bit: int, width: int) -> int:
-    """Return the unsigned field of ``width`` bits at ``bit``."""
-    return (payload >> bit) & ((1 << width) - 1)
+def field(payload: int, bit: int, width: int, is_signed: bool) -> int:
+    """Return a field: ``width`` bits from ``bit`` on, in two's complement where it is signed."""
+    value = (payload >> bit) & ((1 << width) - 1)
+    return value - (1 << width) if is_signed and value >> (width - 1) else value
 
 
 @step
-def signed(payload: int, bit: int, width: int) -> int:
-    """Return the two's complement field of ``width`` bits at ``bit``."""
-    value = unsigned(payload, bit, width)
-    return value - (1 << width) if value >> (width - 1) else value
-
-
-@step
-def sequence_of(payload: int) -> int:
-    """Return the sequence counter of any frame."""
-    return (payload >> 8) & 0xFF
+def placed(value: int, bit: int, width: int, is_signed: bool) -> int:
+    """Return a payload of this field alone; what the field does not hold is cut off."""
+    # the highest bit of the payload is its sign
+    return field(value, 0, width, bit + width == PAYLOAD_BITS) << bit
 
 
 @step
 def pack_request(axis: int, sequence: int, total: int, flags: int, requester: int, session: int) -> int:
     """Return the payload of a request: the total twice, the second time inverted."""
-    word = (sequence & 0xFF) << 8
-    word |= (total & 0xFFFF) << 16
-    word |= (~total & 0xFFFF) << 32
-    word |= (flags & 0x1F) << 48
-    word |= (requester & 7) << (48 + REQUESTER_SHIFT)
-    word |= signed(session, 0, 8) << 56
+    word = placed(sequence, *SEQUENCE) | placed(total, *REQUEST_TOTAL) | placed(~total, *REQUEST_INVERSE)
+    word |= placed(flags, *REQUEST_FLAGS) | placed(requester, *REQUEST_REQUESTER) | placed(session, *REQUEST_SESSION)
     return sealed(REQUEST + axis, word)
-
-
-@step
-def request_total(payload: int) -> int:
-    """Return the total that a request asks for."""
-    return signed(payload, 16, 16)
 
 
 @step
 def request_agrees(payload: int) -> bool:
     """Return whether the total and its inverse say the same."""
-    return unsigned(payload, 16, 16) ^ unsigned(payload, 32, 16) == 0xFFFF
-
-
-@step
-def request_flags(payload: int) -> int:
-    """Return the five flags of a request."""
-    return unsigned(payload, 48, 5)
-
-
-@step
-def request_requester(payload: int) -> int:
-    """Return the number of the PC."""
-    return unsigned(payload, 48 + REQUESTER_SHIFT, 3)
-
-
-@step
-def session_of(payload: int) -> int:
-    """Return the session: in byte 7 of requests and probe latches."""
-    return unsigned(payload, 56, 8)
+    return field(~payload, *REQUEST_INVERSE) == field(payload, 16, 16, False)
 
 
 @step
@@ -110,135 +108,47 @@ def pack_status(
     axis: int, sequence: int, code: int, flags: int, session: int, frames: int, requests: int, moments: int
 ) -> int:
     """Return the payload of a status: code, state and flags, and how many of each kind were refused so far."""
-    word = (sequence & 0xFF) << 8
-    word |= (code & 0xFF) << 16
-    word |= (flags & 0xFF) << 24
-    word |= (session & 0xFF) << 32
-    word |= (frames & 0xFF) << 40
-    word |= (requests & 0xFF) << 48
-    word |= signed(moments, 0, 8) << 56
+    word = placed(sequence, *SEQUENCE) | placed(code, *STATUS_CODE) | placed(flags, *STATUS_FLAGS)
+    word |= placed(session, *STATUS_SESSION) | placed(frames, *STATUS_FRAMES)
+    word |= placed(requests, *STATUS_REQUESTS) | placed(moments, *STATUS_MOMENTS)
     return sealed(STATUS + axis, word)
-
-
-@step
-def status_code(payload: int) -> int:
-    """Return the status or error code."""
-    return unsigned(payload, 16, 8)
-
-
-@step
-def status_flags(payload: int) -> int:
-    """Return the state, in the lowest three bits, and the flags above it."""
-    return unsigned(payload, 24, 8)
-
-
-@step
-def status_session(payload: int) -> int:
-    """Return the number of the box's present session: another one after each start."""
-    return unsigned(payload, 32, 8)
 
 
 @step
 def pack_corrections(axis: int, sequence: int, completed: int, accepted: int, session: int, judged: int) -> int:
     """Return the payload of the corrections: both totals, and the sequence counter of the last request judged."""
-    word = (sequence & 0xFF) << 8
-    word |= (completed & 0xFFFF) << 16
-    word |= (accepted & 0xFFFF) << 32
-    word |= (session & 0xFF) << 48
-    word |= signed(judged, 0, 8) << 56
-    return sealed(CORRECTIONS + axis, word)
-
-
-@step
-def corrections_completed(payload: int) -> int:
-    """Return the total inserted so far."""
-    return signed(payload, 16, 16)
-
-
-@step
-def corrections_accepted(payload: int) -> int:
-    """Return the total that the box has accepted."""
-    return signed(payload, 32, 16)
-
-
-@step
-def corrections_session(payload: int) -> int:
-    """Return the number of the box's session."""
-    return unsigned(payload, 48, 8)
-
-
-@step
-def corrections_judged(payload: int) -> int:
-    """Return the sequence counter of the request that the box judged last."""
-    return unsigned(payload, 56, 8)
+    word = placed(sequence, *SEQUENCE) | placed(completed, *CORRECTIONS_COMPLETED)
+    word |= placed(accepted, *CORRECTIONS_ACCEPTED) | placed(session, *CORRECTIONS_SESSION)
+    return sealed(CORRECTIONS + axis, word | placed(judged, *CORRECTIONS_JUDGED))
 
 
 @step
 def pack_position(axis: int, sequence: int, position: int, valid: int, counted: int) -> int:
     """Return the payload of a position: the word, Data Valid, and the counts added up, modulo 2^15."""
-    word = (sequence & 0xFF) << 8
-    word |= (position & 0xFFFFFFFF) << 16
-    word |= (valid & 1) << 48
-    word |= signed(counted, 0, COUNTED_BITS) << 49
+    word = placed(sequence, *SEQUENCE) | placed(position, *POSITION_COUNTS)
+    word |= placed(valid, *POSITION_VALID) | placed(counted, *POSITION_COUNTED)
     return sealed(POSITION + axis, word)
-
-
-@step
-def position_of(payload: int) -> int:
-    """Return the position in counts, of a position or a probe latch."""
-    return signed(payload, 16, 32)
-
-
-@step
-def position_valid(payload: int) -> int:
-    """Return Data Valid."""
-    return unsigned(payload, 48, 1)
-
-
-@step
-def position_counted(payload: int) -> int:
-    """Return the counts since home that the box has added up, modulo 2^15."""
-    return unsigned(payload, 49, COUNTED_BITS)
 
 
 @step
 def pack_probe(axis: int, sequence: int, position: int, trips: int, session: int) -> int:
     """Return the payload of a probe latch."""
-    word = (sequence & 0xFF) << 8
-    word |= (position & 0xFFFFFFFF) << 16
-    word |= (trips & 0xFF) << 48
-    word |= signed(session, 0, 8) << 56
+    word = placed(sequence, *SEQUENCE) | placed(position, *PROBE_COUNTS)
+    word |= placed(trips, *PROBE_TRIPS) | placed(session, *PROBE_SESSION)
     return sealed(PROBE + axis, word)
-
-
-@step
-def probe_trips(payload: int) -> int:
-    """Return the number of trips since the start, modulo 256."""
-    return unsigned(payload, 48, 8)
 
 
 @step
 def pack_hold(sequence: int, reason: int, axis: int) -> int:
     """Return the payload of a hold: why, and for which axis."""
-    word = (sequence & 0xFF) << 8
-    word |= (reason & 0xFF) << 16
-    word |= (axis & 0xFF) << 24
+    word = placed(sequence, *SEQUENCE) | placed(reason, *HOLD_REASON) | placed(axis, *HOLD_AXIS)
     return sealed(HOLD, word)
 
 
 @step
 def pack_setup(identifier: int, sequence: int, word: int) -> int:
     """Return the payload of a setup, or of what a PC expects of one: the word of `design_cycle_step`."""
-    payload = (sequence & 0xFF) << 8
-    payload |= unsigned(word, 0, 40) << 16
-    payload |= signed(word, 40, 8) << 56
-    return sealed(identifier, payload)
-
-
-@step
-def setup_word(payload: int) -> int:
-    """Return the word of a setup, or of what a PC expects of one."""
-    return unsigned(payload, 16, SETUP_BITS)
+    return sealed(identifier, placed(sequence, *SEQUENCE) | placed(word, *SETUP_WORD))
 
 
 @step

@@ -15,15 +15,7 @@ import numpy as np
 from rtec._jit import Record, helper, step
 from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
-from rtec.link._frame_kernels import (
-    request_agrees,
-    request_flags,
-    request_requester,
-    request_total,
-    sequence_of,
-    session_of,
-    setup_word,
-)
+from rtec.link._frame_kernels import field, request_agrees
 from rtec.link._kernels import MAILBOX, mailbox_reset, post
 from rtec.link._outbox_kernels import DISORDERED, IN_ORDER, OUTBOX, REPEATED, order_of
 from rtec.requester import _box_kernels as box
@@ -157,7 +149,7 @@ def setup_differs(n: Record, t_ps: int) -> bool:
 @step
 def take_expected(n: Record, t_ps: int, payload: int) -> None:
     """Receive the setup that the PC expects; a box with another setup must not be homed by it."""
-    n.expected = setup_word(payload)
+    n.expected = field(payload, *frame.SETUP_WORD)
     n.expected_ps = t_ps
     if setup_differs(n, t_ps):
         if n.box.state == box.NOT_HOMED:
@@ -178,7 +170,7 @@ def is_due(n: Record, payload: int, order: int) -> bool:
         else:
             n.jumped += 1
         return False
-    if running and request_requester(payload) != n.requester:
+    if running and field(payload, *frame.REQUEST_REQUESTER) != n.requester:
         n.wrong_requester += 1
         return False
     if not request_agrees(payload):
@@ -193,7 +185,7 @@ def take_home(n: Record, t_ps: int, flags: int, payload: int) -> None:
     n.heard_ps = t_ps
     n.judged = n.heard_sequence
     if flags & box.GO_HOME and n.at_home == 1 and not setup_differs(n, t_ps):
-        n.requester = request_requester(payload)
+        n.requester = field(payload, *frame.REQUEST_REQUESTER)
         post(n.down, t_ps, 0, box.GO_HOME, 0, 0)
 
 
@@ -211,16 +203,16 @@ def spent(n: Record, flags: int) -> int:
 def take_request(n: Record, t_ps: int, payload: int) -> None:
     """Receive a request with a valid checksum."""
     b = n.box
-    if session_of(payload) != n.session:
+    if field(payload, *frame.REQUEST_SESSION) != n.session:
         n.wrong_session += 1  # meant for the box before it started again
         return
-    order = order_of(n.heard_sequence, sequence_of(payload)) if n.heard == 1 else IN_ORDER
+    order = order_of(n.heard_sequence, field(payload, *frame.SEQUENCE)) if n.heard == 1 else IN_ORDER
     if not is_due(n, payload, order):
         return
-    flags = request_flags(payload)
-    total = request_total(payload)
+    flags = field(payload, *frame.REQUEST_FLAGS)
+    total = field(payload, *frame.REQUEST_TOTAL)
     n.heard = 1
-    n.heard_sequence = sequence_of(payload)
+    n.heard_sequence = field(payload, *frame.SEQUENCE)
     n.requests += 1
     if b.state == box.FATAL:
         take_reset(n, t_ps, flags, order)

@@ -12,22 +12,7 @@ import numpy as np
 from rtec._jit import Record, helper, kernel, step
 from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
-from rtec.link._frame_kernels import (
-    corrections_accepted,
-    corrections_completed,
-    corrections_judged,
-    corrections_session,
-    position_counted,
-    position_of,
-    position_valid,
-    probe_trips,
-    sequence_of,
-    session_of,
-    setup_word,
-    status_code,
-    status_flags,
-    status_session,
-)
+from rtec.link._frame_kernels import field
 from rtec.link._kernels import MAILBOX, mailbox_reset
 from rtec.link._outbox_kernels import IN_ORDER, OUTBOX, order_of
 from rtec.requester import _pc_kernels as pc
@@ -176,7 +161,7 @@ def follows(n: Record, has: int, last: int, payload: int) -> bool:
     """Return whether a frame follows the last one of its kind."""
     if has == 0 or n.pc.state == pc.WAITING:
         return True
-    if order_of(last, sequence_of(payload)) == IN_ORDER:
+    if order_of(last, field(payload, *frame.SEQUENCE)) == IN_ORDER:
         return True
     n.out_of_order += 1
     return False
@@ -185,7 +170,7 @@ def follows(n: Record, has: int, last: int, payload: int) -> bool:
 @step
 def take_setup(n: Record, t_ps: int, payload: int) -> None:
     """Receive the box's setup; with another one than the PC expects, the same total would mean another correction."""
-    n.box_setup = setup_word(payload)
+    n.box_setup = field(payload, *frame.SETUP_WORD)
     if n.setup != 0 and n.box_setup != n.setup:
         pc_hold(n, t_ps, SETUP_DIFFERS)
 
@@ -193,7 +178,7 @@ def take_setup(n: Record, t_ps: int, payload: int) -> None:
 @helper
 def take_status(n: Record, t_ps: int, payload: int) -> None:
     """Receive a status with a valid checksum."""
-    session = status_session(payload)
+    session = field(payload, *frame.STATUS_SESSION)
     if n.has_status == 1 and session != n.session and n.pc.state == pc.ACTIVE:
         pc_hold(n, t_ps, BOX_RESTARTED)
         return
@@ -207,15 +192,15 @@ def take_status(n: Record, t_ps: int, payload: int) -> None:
         n.has_probe = 0
     n.has_status = 1
     n.status_ps = t_ps
-    n.status_sequence = sequence_of(payload)
-    n.code = status_code(payload)
-    n.box_flags = status_flags(payload)
+    n.status_sequence = field(payload, *frame.SEQUENCE)
+    n.code = field(payload, *frame.STATUS_CODE)
+    n.box_flags = field(payload, *frame.STATUS_FLAGS)
 
 
 @helper
 def take_corrections(n: Record, t_ps: int, payload: int) -> None:
     """Receive totals with a valid checksum."""
-    if n.has_status == 0 or corrections_session(payload) != n.session:
+    if n.has_status == 0 or field(payload, *frame.CORRECTIONS_SESSION) != n.session:
         if n.pc.state == pc.ACTIVE:
             pc_hold(n, t_ps, BOX_RESTARTED)
         return
@@ -223,10 +208,10 @@ def take_corrections(n: Record, t_ps: int, payload: int) -> None:
         return
     n.has_corrections = 1
     n.corrections_ps = t_ps
-    n.corrections_sequence = sequence_of(payload)
-    n.completed = corrections_completed(payload)
-    n.accepted = corrections_accepted(payload)
-    n.judged = corrections_judged(payload)
+    n.corrections_sequence = field(payload, *frame.SEQUENCE)
+    n.completed = field(payload, *frame.CORRECTIONS_COMPLETED)
+    n.accepted = field(payload, *frame.CORRECTIONS_ACCEPTED)
+    n.judged = field(payload, *frame.CORRECTIONS_JUDGED)
     p = n.pc
     if p.state == pc.ACTIVE and n.accepted != p.sent and n.accepted != p.accepted and n.accepted != n.last_total:
         pc_hold(n, t_ps, COMPLETED_WRONG)  # a total that this PC has not asked for
@@ -245,14 +230,14 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
     """Receive a position with a valid checksum, if it is plausible."""
     if not follows(n, n.has_position, n.position_sequence, payload):
         return
-    sequence = sequence_of(payload)
-    position = position_of(payload)
-    valid = position_valid(payload)
+    sequence = field(payload, *frame.SEQUENCE)
+    position = field(payload, *frame.POSITION_COUNTS)
+    valid = field(payload, *frame.POSITION_VALID)
     if n.has_position == 1 and n.pc.state == pc.ACTIVE and valid == 1:
         # two frames may arrive closer together than they were sent
         far = n.most_counts_per_s * (max(t_ps - n.position_ps, n.pc.period_ps) / PS_PER_S) + 2.0
         # a frozen or torn word disagrees with the position that the box sums up in parallel
-        apart = (position - position_counted(payload)) & ((1 << frame.COUNTED_BITS) - 1)
+        apart = (position - field(payload, *frame.POSITION_COUNTED)) & ((1 << frame.POSITION_COUNTED[1]) - 1)
         if abs(position - n.position) > far or apart != 0:
             n.implausible += 1
             n.doubts += 1
@@ -273,11 +258,11 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
 @step
 def take_probe(n: Record, payload: int) -> None:
     """Take where the probe tripped."""
-    if session_of(payload) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
+    if field(payload, *frame.PROBE_SESSION) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
         n.has_probe = 1
-        n.probe_sequence = sequence_of(payload)
-        n.trips = probe_trips(payload)
-        n.trip_position = position_of(payload)
+        n.probe_sequence = field(payload, *frame.SEQUENCE)
+        n.trips = field(payload, *frame.PROBE_TRIPS)
+        n.trip_position = field(payload, *frame.PROBE_COUNTS)
 
 
 @step

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtec.link._frame_kernels import corrections_completed, request_total
+from rtec.link._frame_kernels import CORRECTIONS_COMPLETED, REQUEST_TOTAL, field
 from rtec.link.logs import read_log
 from rtec.live.figures import spread_ms
 
@@ -36,11 +36,11 @@ def own_times_ms(log: Path) -> list[float]:
     wanted, since_ps = 0, None
     for logged in read_log(log):
         if logged.frame.identifier == REQUEST:
-            total = request_total(logged.frame.payload)
+            total = field(logged.frame.payload, *REQUEST_TOTAL)
             if total != wanted:
                 wanted, since_ps = total, logged.time_ps
         elif logged.frame.identifier == CORRECTIONS and since_ps is not None:
-            if corrections_completed(logged.frame.payload) == wanted:
+            if field(logged.frame.payload, *CORRECTIONS_COMPLETED) == wanted:
                 times.append((logged.time_ps - since_ps) / PS_PER_MS)
                 since_ps = None
     return times

@@ -113,13 +113,13 @@ def test_counters_wrap_into_their_fields(number):
 @drawn(FRAMES)
 def test_fields_of_any_request(data):
     payload, fields = payload_of(data), read_by_cantools("Request_1", data)
-    assert frames.sequence_of(payload) == fields["Sequence"]
-    assert frames.request_total(payload) == fields["Total"]
+    assert frames.field(payload, *frames.SEQUENCE) == fields["Sequence"]
+    assert frames.field(payload, *frames.REQUEST_TOTAL) == fields["Total"]
     assert frames.request_agrees(payload) == (fields["Total"] % 65536 + fields["TotalInverted"] == 65535)
-    assert frames.request_requester(payload) == fields["Requester"]
-    assert frames.session_of(payload) == fields["Session"]
+    assert frames.field(payload, *frames.REQUEST_REQUESTER) == fields["Requester"]
+    assert frames.field(payload, *frames.REQUEST_SESSION) == fields["Session"]
     flags = ["LargeCorrection", "Probing", "GoHome", "Enable", "Reset"]
-    assert frames.request_flags(payload) == sum(fields[flag] << k for k, flag in enumerate(flags))
+    assert frames.field(payload, *frames.REQUEST_FLAGS) == sum(fields[flag] << k for k, flag in enumerate(flags))
 
 
 @drawn(st.data())
@@ -133,32 +133,32 @@ def test_request_that_agrees_is_rare_among_frames(data):
 @drawn(FRAMES)
 def test_fields_of_any_status(data):
     payload, fields = payload_of(data), read_by_cantools("Status_1", data)
-    assert frames.status_code(payload) == fields["Code"]
+    assert frames.field(payload, *frames.STATUS_CODE) == fields["Code"]
     flags = fields["State"] | fields["SwitchOn"] << 3 | fields["Probing"] << 4
     flags |= fields["HoldWanted"] << 5 | fields["AtHome"] << 6
-    assert frames.status_flags(payload) & 0x7F == flags
-    assert frames.status_session(payload) == fields["Session"]
+    assert frames.field(payload, *frames.STATUS_FLAGS) & 0x7F == flags
+    assert frames.field(payload, *frames.STATUS_SESSION) == fields["Session"]
 
 
 @drawn(FRAMES)
 def test_fields_of_any_corrections(data):
     payload, fields = payload_of(data), read_by_cantools("Corrections_1", data)
-    assert frames.corrections_completed(payload) == fields["Completed"]
-    assert frames.corrections_accepted(payload) == fields["Accepted"]
-    assert frames.corrections_session(payload) == fields["Session"]
-    assert frames.corrections_judged(payload) == fields["Judged"]
+    assert frames.field(payload, *frames.CORRECTIONS_COMPLETED) == fields["Completed"]
+    assert frames.field(payload, *frames.CORRECTIONS_ACCEPTED) == fields["Accepted"]
+    assert frames.field(payload, *frames.CORRECTIONS_SESSION) == fields["Session"]
+    assert frames.field(payload, *frames.CORRECTIONS_JUDGED) == fields["Judged"]
 
 
 @drawn(FRAMES)
 def test_fields_of_any_position_or_probe_latch(data):
     payload, fields = payload_of(data), read_by_cantools("Position_1", data)
-    assert frames.position_of(payload) == fields["Position"]
-    assert frames.position_valid(payload) == fields["DataValid"]
-    assert frames.position_counted(payload) == fields["Counted"] % 2**15
+    assert frames.field(payload, *frames.POSITION_COUNTS) == fields["Position"]
+    assert frames.field(payload, *frames.POSITION_VALID) == fields["DataValid"]
+    assert frames.field(payload, *frames.POSITION_COUNTED) == fields["Counted"] % 2**15
     fields = read_by_cantools("Probe_1", data)
-    assert frames.position_of(payload) == fields["Position"]
-    assert frames.probe_trips(payload) == fields["Trips"]
-    assert frames.session_of(payload) == fields["Session"]
+    assert frames.field(payload, *frames.POSITION_COUNTS) == fields["Position"]
+    assert frames.field(payload, *frames.PROBE_TRIPS) == fields["Trips"]
+    assert frames.field(payload, *frames.REQUEST_SESSION) == fields["Session"]
 
 
 # numbers
@@ -188,7 +188,7 @@ def test_flags_are_those_of_the_dbc():
         frames.SWITCH_ON, frames.IS_PROBING, frames.HOLD_WANTED, frames.AT_HOME
     ]  # fmt: skip
     counted = DBC.get_message_by_name("Position_1").get_signal_by_name("Counted")
-    assert counted.length == frames.COUNTED_BITS
+    assert counted.length == frames.POSITION_COUNTED[1]
 
 
 def labels(message, signal):
