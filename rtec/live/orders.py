@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from rtec.checks import number_within
@@ -47,7 +47,7 @@ HELP = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """One order; what its word does not need is left at its default.
+    """One order.
 
     Parameters
     ----------
@@ -55,25 +55,15 @@ class Order:
         What to do.
     axis
         At which axis; None: at all.
-    target_mm, speed_mm_s
-        Of a move.
-    on
-        Of the switch or the power.
-    fault
-        Which fault; None with `clear`: all.
-    while_inserting
-        Whether the fault waits for an insertion to be under way.
+    act
+        Does it at a station; nothing where the order is none for an axis.
     wait_s
-        How long.
+        How long `wait` waits.
     """
 
     word: Word
     axis: int | None = None
-    target_mm: float = 0.0
-    speed_mm_s: float = FEED_MM_S
-    on: bool = True
-    fault: FaultKind | None = None
-    while_inserting: bool = False
+    act: Callable[[Station], None] = lambda station: None
     wait_s: float = 0.0
 
 
@@ -91,11 +81,14 @@ def parse_order(text: str) -> Order:
 
     Examples
     --------
-    >>> order = parse_order("axis 2 go 12 mm at 300 mm/min")
-    >>> order.word.name, order.axis, order.target_mm, order.speed_mm_s
-    ('GO', 2, 12.0, 5.0)
-    >>> parse_order("fault cable-open while inserting").fault.name
-    'CABLE_OPEN'
+    >>> order = parse_order("axis 2 wait 3 s")
+    >>> order.word.name, order.axis, order.wait_s
+    ('WAIT', 2, 3.0)
+    >>> from rtec.machine.station import StationSettings
+    >>> station = Station(StationSettings())
+    >>> parse_order("power off").act(station)
+    >>> station.view.powered
+    False
     """
     text = " ".join(text.split())
     axis = None
@@ -106,29 +99,52 @@ def parse_order(text: str) -> Order:
     word = words.get(first.lower())
     if word is None:
         raise unknown("order", text, words, noun="order")
-    return _with_rest(word, axis, rest)
-
-
-def _with_rest(word: Word, axis: int | None, rest: str) -> Order:
-    if word is Word.GO:
-        where, _, feed = rest.partition(" at ")
-        speed = parse_quantity(feed, SPEED, name="go ... at") if feed else FEED_MM_S
-        return Order(word=word, axis=axis, target_mm=parse_quantity(where, LENGTH, name="go"), speed_mm_s=speed)
-    if word in (Word.SWITCH, Word.POWER):
-        if rest.lower() not in ("on", "off"):
-            raise ArgumentError(word.value, repr(rest[:40]), "on or off")
-        return Order(word=word, axis=axis, on=rest.lower() == "on")
     if word is Word.WAIT:
         wait_s = number_within("wait", parse_quantity(rest, TIME, name="wait"), 0.0, LONGEST_WAIT_S, unit="s")
         return Order(word=word, axis=axis, wait_s=wait_s)
+    return Order(word=word, axis=axis, act=_act(word, rest))
+
+
+def _act(word: Word, rest: str) -> Callable[[Station], None]:
+    """Return what an order does at a station, by what stands behind its word."""
+    if word is Word.GO:
+        where, _, feed = rest.partition(" at ")
+        speed_mm_s = parse_quantity(feed, SPEED, name="go ... at") if feed else FEED_MM_S
+        target_mm = parse_quantity(where, LENGTH, name="go")
+        return lambda station: station.go(target_mm, speed_mm_s)
+    if word in (Word.SWITCH, Word.POWER):
+        if rest.lower() not in ("on", "off"):
+            raise ArgumentError(word.value, repr(rest[:40]), "on or off")
+        on = rest.lower() == "on"
+        return lambda station: station.switch(on) if word is Word.SWITCH else station.power(on)
     if word is Word.FAULT or (word is Word.CLEAR and rest):
         name = _WHILE.sub("", rest).lower()
         if name not in FAULTS:
             raise unknown(word.value, name, FAULTS, noun="fault")
-        return Order(word=word, axis=axis, fault=FAULTS[name], while_inserting=bool(_WHILE.search(rest)))
+        kind, waits = FAULTS[name], bool(_WHILE.search(rest))
+        if word is Word.CLEAR:
+            return lambda station: station.end(kind)
+        return lambda station: station.begin(kind, while_inserting=waits)
     if rest:
         raise ArgumentError(word.value, repr(rest[:40]), "the word alone", problem="means nothing here")
-    return Order(word=word, axis=axis)
+    return _ALONE.get(word, lambda station: None)
+
+
+def _clear(station: Station) -> None:
+    """End the faults of encoder and position word; one of the cable's clears whatever is wrong with it."""
+    for kind in (
+        FaultKind.STALE_DATA_VALID, FaultKind.TORN_POSITION, FaultKind.CABLE_OPEN, FaultKind.GLITCHES,
+    ):  # fmt: skip
+        station.end(kind)
+
+
+_ALONE: dict[Word, Callable[[Station], None]] = {
+    Word.HOME: lambda station: station.go_home(),
+    Word.RESTART: lambda station: station.restart(),
+    Word.TRIP: lambda station: station.trip(),
+    Word.CLEAR: _clear,
+}
+"""What the word alone does."""
 
 
 def carry_out(order: Order, stations: Sequence[Station]) -> None:
@@ -144,33 +160,4 @@ def carry_out(order: Order, stations: Sequence[Station]) -> None:
         here = ", ".join(str(s.settings.axis) for s in stations)
         raise ArgumentError("axis", order.axis or "", f"an axis of this process: {here}")
     for station in meant:
-        _carry_out_at(order, station)
-
-
-def _carry_out_at(order: Order, station: Station) -> None:
-    if order.word is Word.GO:
-        station.go(order.target_mm, order.speed_mm_s)
-    elif order.word is Word.HOME:
-        station.go_home()
-    elif order.word is Word.SWITCH:
-        station.switch(order.on)
-    elif order.word is Word.POWER:
-        station.power(order.on)
-    elif order.word is Word.RESTART:
-        station.restart()
-    elif order.word is Word.TRIP:
-        station.trip()
-    elif order.word is Word.FAULT and order.fault is not None:
-        station.begin(order.fault, while_inserting=order.while_inserting)
-    elif order.word is Word.CLEAR:
-        for fault in [order.fault] if order.fault is not None else _LASTING:
-            station.end(fault)
-
-
-_LASTING = (
-    FaultKind.STALE_DATA_VALID,
-    FaultKind.TORN_POSITION,
-    FaultKind.CABLE_OPEN,
-    FaultKind.GLITCHES,
-)
-"""Faults of encoder and position word; ending one of them clears whatever is wrong with the cable."""
+        order.act(station)

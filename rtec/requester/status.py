@@ -13,7 +13,7 @@ class Code(enum.IntEnum):
 
     meaning: str
 
-    def __new__(cls, number: int, meaning: str) -> Self:
+    def __new__(cls, number: int, meaning: str = "") -> Self:
         """Make a member of its number and its meaning."""
         code = int.__new__(cls, number)
         code._value_, code.meaning = number, meaning

@@ -3,6 +3,7 @@
 import io
 import os
 import signal
+from unittest.mock import Mock, call
 
 import pytest
 
@@ -24,18 +25,20 @@ US = 10**6
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    ("text", "word", "axis", "done"),
     [
-        ("go 1 inch", (Word.GO, None, 25.4, 10.0)),
-        ("go -3 mm at 6 m/min", (Word.GO, None, -3.0, 100.0)),
-        ("  axis 2:   go 1 mm at 60 mm/min ", (Word.GO, 2, 1.0, 1.0)),
-        ("HOME", (Word.HOME, None, 0.0, 10.0)),
+        ("go 1 inch", Word.GO, None, [call.go(25.4, 10.0)]),
+        ("go -3 mm at 6 m/min", Word.GO, None, [call.go(-3.0, 100.0)]),
+        ("  axis 2:   go 1 mm at 60 mm/min ", Word.GO, 2, [call.go(1.0, 1.0)]),
+        ("HOME", Word.HOME, None, [call.go_home()]),
+        ("clear torn-position", Word.CLEAR, None, [call.end(FaultKind.TORN_POSITION)]),
+        ("status", Word.STATUS, None, []),
     ],
 )
-def test_orders(text, expected):
-    order = parse_order(text)
-    assert (order.word, order.axis) == expected[:2]
-    assert (order.target_mm, order.speed_mm_s) == pytest.approx(expected[2:])
+def test_orders(text, word, axis, done):
+    order, station = parse_order(text), Mock()
+    order.act(station)
+    assert (order.word, order.axis, station.mock_calls) == (word, axis, done)
 
 
 @pytest.mark.parametrize(
@@ -64,8 +67,9 @@ def test_orders_that_are_none(text, said):
 def test_faults_of_an_axis_can_all_be_ordered():
     station = Station(StationSettings())
     for name, kind in FAULTS.items():
-        order = parse_order(f"fault {name} while inserting")
-        assert (order.fault, order.while_inserting) == (kind, True)
+        asked = Mock()
+        parse_order(f"fault {name} while inserting").act(asked)
+        asked.begin.assert_called_once_with(kind, while_inserting=True)
         carry_out(parse_order(f"fault {name}"), [station])
     assert not station.view.powered and not station.view.switch_on
     assert {FaultKind.CABLE_OPEN, FaultKind.GLITCHES, FaultKind.TORN_POSITION} <= set(FAULTS.values())
