@@ -9,9 +9,10 @@ from rtec.effects._heat import HeatShape
 from rtec.effects.cards import Card
 from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_reversal
 from rtec.effects.cyclic import CyclicShape
+from rtec.effects.experiments import Rival
 from rtec.effects.library import LIBRARY, effect_named
 from rtec.effects.pitch_map import MapShape
-from rtec.effects.protocol import Amplitude, Effect, Observable, Over, Quantity, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Observable, Over, Quantity, Shape, Units
 
 __all__ = [
     "LIBRARY",

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
 
 
 class AccelerationLag(Effect):
@@ -28,7 +27,6 @@ class AccelerationLag(Effect):
     over = Over.ACCELERATION
     needs = "moving data with accelerations"
     data_checks = (no_acceleration,)
-    rivals = (Rival("scale", experiments.TWO_STROKES),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, negative, shape (rows, 1)."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Effect, Observable, Over, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
 
 LEAST_EACH_WAY = 0.05
 """Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
@@ -35,7 +34,6 @@ class AsymmetricFriction(Effect):
     amplitude = "asymmetry"
     amplitude_per = Per.SPEED
     needs = "motion in both directions"
-    rivals = (Rival("force_offset", experiments.SPEEDS_EACH_WAY),)
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a difference by direction, or None."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_way
-from rtec.effects.protocol import Effect, Over, Rival, Shape
+from rtec.effects.protocol import Effect, Over, Shape
 
 
 class Backlash(Effect):
@@ -29,13 +28,6 @@ class Backlash(Effect):
     over = Over.REVERSAL
     needs = "both directions"
     data_checks = (one_way,)
-    rivals = (
-        Rival("servo_lag", experiments.THREE_FEEDS),
-        Rival("windup", experiments.AFTER_REVERSAL, limit=True),  # over less than the way to the first reading
-        Rival("lost_counts", experiments.REPEAT_CYCLES),
-        Rival("reversal_spike", experiments.AFTER_REVERSAL),
-        Rival("hysteresis", experiments.SHORT_AND_LONG),
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return half of the direction, shape (rows, 1)."""

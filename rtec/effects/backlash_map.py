@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from rtec.effects import experiments
 from rtec.effects._smooth import node_ladder, smooth_columns
 from rtec.effects.conditions import Conditions, Floats, one_way
 from rtec.effects.pitch_map import MapShape, PitchMap
-from rtec.effects.protocol import Quantity, Rival, Shape, own_shape, parameter
+from rtec.effects.protocol import Quantity, Shape, own_shape, parameter
 from rtec.errors import ArgumentError
 
 
@@ -74,10 +73,6 @@ class BacklashMap(PitchMap):
     needs = "both directions, at three positions at least"
     contains = frozenset({"backlash", "windup"})
     joins = frozenset({"pitch_map"})
-    rivals = (
-        Rival("windup", experiments.MANY_REVERSALS),
-        Rival("reversal_spike", experiments.MANY_REVERSALS),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map of the reversal error, or None."""

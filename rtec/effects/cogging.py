@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
-from rtec.effects.protocol import Observable, Rival, Shape, own_shape
+from rtec.effects.protocol import Observable, Shape, own_shape
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
@@ -42,10 +41,6 @@ class Cogging(Waves, Periodic):
     observable = Observable.DRIVE
     needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
     at_most = 4
-    rivals = (
-        Rival("inertia", experiments.TWO_STROKES),
-        Rival("force_offset", experiments.OVER_A_PERIOD),
-    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Effect, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Per, Shape
 
 
 class Cosine(Effect):
@@ -30,7 +29,6 @@ class Cosine(Effect):
     needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
     data_checks = (one_place,)
-    rivals = (Rival("scale", experiments.SECOND_INSTRUMENT, permanent=True),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the position, shape (rows, 1)."""

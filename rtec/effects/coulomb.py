@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
-from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects.conditions import Conditions, one_way
-from rtec.effects.protocol import Rival
 
 
 class Coulomb(BuildsUp):
@@ -32,12 +28,6 @@ class Coulomb(BuildsUp):
     name = "coulomb"
     needs = "motion in both directions"
     shape_type = BuildUpShape
-    rivals: ClassVar[tuple[Rival, ...]] = (
-        Rival("viscous", experiments.SEVERAL_SPEEDS),
-        Rival("stribeck", experiments.CREEP),
-        Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
-        Rival("load_friction", experiments.SEVERAL_LOADS),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show dry friction, or None."""

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._harmonics import POINTS_A_PERIOD, WavesShape, harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_base, stated_periods
-from rtec.effects.protocol import Amplitude, Quantity, Rival, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Quantity, Shape, Tunable, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 PARTS = (1, 2, 3, 4, 5)
@@ -82,10 +81,6 @@ class Cyclic(Periodic):
     shape_type = CyclicShape
     at_most = 3
     contains = frozenset({"eccentricity", "interpolation"})
-    rivals = (
-        Rival("interpolation", experiments.FRACTIONS_OF_SIGNAL),
-        Rival("eccentricity", experiments.SEVERAL_TURNS),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why no period can be seen, or None."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rtec.effects import experiments
 from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units, own_shape
 from rtec.effects.refraction import air_sensors, change_of_index, no_weather
 
 
@@ -36,14 +35,6 @@ class DeadPath(Effect):
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather,)
-    rivals = (
-        Rival("refraction", experiments.NEAR_AND_FAR),
-        Rival("thermal_shift", experiments.OTHER_WEATHER),
-        Rival("drift", experiments.OTHER_WEATHER),
-        Rival("warm_up", experiments.OTHER_WEATHER),
-        Rival("lost_counts", experiments.OTHER_WEATHER),
-        Rival("run_offset", experiments.ZERO_AGAIN),
-    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the temperatures that may be the air's."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
 
 
 class Drift(Effect):
@@ -27,16 +26,6 @@ class Drift(Effect):
     over = Over.TIME
     needs = "time or row order, with repeats"
     in_time = True
-    rivals = (
-        Rival("scale", experiments.INTERLEAVE),
-        Rival("warm_up", experiments.LONGER),
-        Rival("lost_counts", experiments.INDEX_OFTEN),
-        Rival("thermal_shift", experiments.COOL_AGAIN),
-        Rival("warm_up_growth", experiments.LONGER),
-        Rival("refraction", experiments.OTHER_WEATHER),
-        Rival("dead_path", experiments.OTHER_WEATHER),
-        Rival("run_offset", experiments.ZERO_AGAIN),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a change in time, or None."""

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import LEAST_FUNDAMENTAL, WAVES_A_TARGET
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import resolved_harmonics
-from rtec.effects.protocol import Quantity, Rival, Shape, own_shape, parameter
+from rtec.effects.protocol import Quantity, Shape, own_shape, parameter
 
 LEAST_TURN = 0.5
 FEWEST_PLACES = 4
@@ -53,10 +52,6 @@ class Eccentricity(Waves):
     name = "eccentricity"
     needs = "a rotary axis, half a turn of it at least"
     shape_type = EccentricityShape
-    rivals = (
-        Rival("cyclic", experiments.SEVERAL_TURNS),
-        Rival("pitch_map", experiments.PAST_A_TURN),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a wave of one turn, or None."""

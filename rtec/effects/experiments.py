@@ -1,10 +1,17 @@
-"""Experiments that separate confounded effects: one sentence for both of a pair, and what it asks of a plan."""
+"""Which effects may be confounded with each other, and the experiment that separates the two.
+
+An experiment is one sentence for both of a pair, and what it asks of a plan.
+"""
 
 from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
 from types import MappingProxyType
+
+from rtec.effects.conditions import Conditions
 
 
 class Ask(enum.Enum):
@@ -187,3 +194,115 @@ ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
     }
 )
 """What each experiment asks of a measuring plan; nothing where no plan can say it, but a person can do it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """An effect that it may be confounded with, and what to measure to separate the two."""
+
+    name: str
+    experiment: str
+    permanent: bool = False
+    """The two are not identifiable from each other with the same instrument."""
+    on_lengths: bool = False
+    """Permanent on a linear axis, where the columns of the two are the same."""
+    limit: bool = False
+    """The effect is a limit of this rival, which therefore explains as much: where it explains hardly more, it is not
+    preferred."""
+
+    def lasts(self, conditions: Conditions) -> bool:
+        """Return whether no other measurement of this kind can separate the two.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64))
+        >>> Rival("gravity", "tilt the axis", on_lengths=True).lasts(c)
+        True
+        """
+        return self.permanent or (self.on_lengths and conditions.position_unit == "mm")
+
+
+CONFOUNDED: tuple[tuple[str, Rival], ...] = (
+    ("scale", Rival("cosine", SECOND_INSTRUMENT, permanent=True)),
+    ("scale", Rival("drift", INTERLEAVE)),
+    ("pitch_map", Rival("thermal_growth", COLD_AND_HOT)),
+    ("scale", Rival("thermal_growth", COLD_AND_HOT)),
+    ("cyclic", Rival("interpolation", FRACTIONS_OF_SIGNAL)),
+    ("cyclic", Rival("eccentricity", SEVERAL_TURNS)),
+    ("pitch_map", Rival("eccentricity", PAST_A_TURN)),
+    ("backlash", Rival("servo_lag", THREE_FEEDS)),
+    ("backlash", Rival("windup", AFTER_REVERSAL, limit=True)),  # over less than the way to the first reading
+    ("backlash", Rival("lost_counts", REPEAT_CYCLES)),
+    ("backlash_map", Rival("windup", MANY_REVERSALS)),
+    ("windup", Rival("reversal_spike", AFTER_REVERSAL)),
+    ("backlash", Rival("reversal_spike", AFTER_REVERSAL)),
+    ("backlash_map", Rival("reversal_spike", MANY_REVERSALS)),
+    ("windup", Rival("hysteresis", SHORT_AND_LONG)),
+    ("backlash", Rival("hysteresis", SHORT_AND_LONG)),
+    ("reversal_spike", Rival("hysteresis", SHORT_AND_LONG)),
+    ("warm_up", Rival("drift", LONGER)),
+    ("thermal_growth", Rival("warm_up", OTHER_HEAT)),
+    ("thermal_growth", Rival("thermal_shift", HOT_AT_BOTH_ENDS)),
+    ("scale", Rival("thermal_shift", COLD_AND_HOT)),
+    ("scale", Rival("acceleration_lag", TWO_STROKES)),
+    ("thermal_shift", Rival("warm_up", OTHER_HEAT)),
+    ("warm_up", Rival("warm_up_growth", FAR_AND_WARM)),
+    ("thermal_growth", Rival("warm_up_growth", OTHER_HEAT)),
+    ("thermal_shift", Rival("warm_up_growth", OTHER_HEAT)),
+    ("scale", Rival("warm_up_growth", INTERLEAVE)),
+    ("refraction", Rival("dead_path", NEAR_AND_FAR)),
+    ("scale", Rival("refraction", OTHER_WEATHER)),
+    ("thermal_growth", Rival("refraction", OTHER_WEATHER)),
+    ("drift", Rival("lost_counts", INDEX_OFTEN)),
+    ("thermal_shift", Rival("drift", COOL_AGAIN)),
+    ("thermal_shift", Rival("lost_counts", COOL_AGAIN)),
+    ("thermal_shift", Rival("dead_path", OTHER_WEATHER)),
+    ("warm_up_growth", Rival("drift", LONGER)),
+    ("refraction", Rival("drift", OTHER_WEATHER)),
+    ("warm_up_growth", Rival("refraction", OTHER_WEATHER)),
+    ("dead_path", Rival("drift", OTHER_WEATHER)),
+    ("warm_up", Rival("dead_path", OTHER_WEATHER)),
+    ("dead_path", Rival("lost_counts", OTHER_WEATHER)),
+    ("run_offset", Rival("lost_counts", ZERO_AGAIN)),
+    ("run_offset", Rival("drift", ZERO_AGAIN)),
+    ("warm_up", Rival("run_offset", ZERO_AGAIN)),
+    ("thermal_shift", Rival("run_offset", ZERO_AGAIN)),
+    ("run_offset", Rival("dead_path", ZERO_AGAIN)),
+    ("interpolation", Rival("quantisation", FINE_STEPS)),
+    ("inertia", Rival("cogging", TWO_STROKES)),
+    ("viscous", Rival("coulomb", SEVERAL_SPEEDS)),
+    ("coulomb", Rival("stribeck", CREEP)),
+    ("asymmetric_friction", Rival("force_offset", SPEEDS_EACH_WAY)),
+    ("force_offset", Rival("cogging", OVER_A_PERIOD)),
+    ("gravity", Rival("force_map", WHOLE_TURN)),
+    ("force_offset", Rival("gravity", OTHER_WEIGHT, on_lengths=True)),
+    ("viscous", Rival("gravity", SPEEDS_OVER_ANGLES)),
+    ("viscous", Rival("force_offset", SPEEDS_EACH_WAY)),
+    ("coulomb", Rival("gravity", SPEEDS_OVER_ANGLES)),
+    ("inertia", Rival("gravity", TWO_STROKES)),
+    ("inertia", Rival("force_map", TWO_STROKES)),
+    ("coulomb", Rival("load_friction", SEVERAL_LOADS)),
+)
+"""Each pair once; an effect looks at its rivals in this order."""
+
+
+@cache
+def rivals() -> Mapping[str, tuple[Rival, ...]]:
+    """Return the rivals of each effect that has any, by its name: a pair counts for both.
+
+    Examples
+    --------
+    >>> [one.name for one in rivals()["servo_lag"]]
+    ['backlash']
+    """
+    found: dict[str, list[Rival]] = {}
+    for name, one in CONFOUNDED:
+        found.setdefault(name, []).append(one)
+        found.setdefault(one.name, []).append(replace(one, name=name, limit=False))
+    return {name: tuple(several) for name, several in found.items()}
+
+
+def rival(name: str, other: str) -> Rival | None:
+    """Return what separates the effect ``name`` from ``other``, or None where they are not confounded."""
+    return next((one for one in rivals().get(name, ()) if one.name == other), None)

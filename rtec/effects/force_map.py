@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions
 from rtec.effects.pitch_map import PitchMap, closes
-from rtec.effects.protocol import Observable, Rival
+from rtec.effects.protocol import Observable
 
 
 class ForceMap(PitchMap):
@@ -28,10 +27,6 @@ class ForceMap(PitchMap):
     observable = Observable.DRIVE
     needs = "force and position, positions dense enough: three at least"
     contains = frozenset({"force_offset", "gravity", "cogging"})
-    rivals = (
-        Rival("gravity", experiments.WHOLE_TURN),
-        Rival("inertia", experiments.TWO_STROKES),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map, or None."""

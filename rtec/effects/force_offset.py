@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Effect, Observable, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Shape
 
 
 class ForceOffset(Effect):
@@ -26,12 +25,6 @@ class ForceOffset(Effect):
     name = "force_offset"
     observable = Observable.DRIVE
     needs = "nothing"
-    rivals = (
-        Rival("asymmetric_friction", experiments.SPEEDS_EACH_WAY),
-        Rival("cogging", experiments.OVER_A_PERIOD),
-        Rival("gravity", experiments.OTHER_WEIGHT, on_lengths=True),
-        Rival("viscous", experiments.SPEEDS_EACH_WAY),
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import (
@@ -15,7 +14,6 @@ from rtec.effects.protocol import (
     Effect,
     Observable,
     Quantity,
-    Rival,
     Shape,
     Units,
     own_shape,
@@ -59,13 +57,6 @@ class Gravity(Effect):
     observable = Observable.DRIVE
     shape_type = GravityShape
     needs = f"a rotary axis that turns by {LEAST_SPAN_DEG:g} deg at least, or a linear one, where it is a constant"
-    rivals = (
-        Rival("force_map", experiments.WHOLE_TURN),
-        Rival("force_offset", experiments.OTHER_WEIGHT, on_lengths=True),
-        Rival("viscous", experiments.SPEEDS_OVER_ANGLES),
-        Rival("coulomb", experiments.SPEEDS_OVER_ANGLES),
-        Rival("inertia", experiments.TWO_STROKES),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a weight on an arm, or None."""

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import shortest
 
 ELEMENTS = 24
@@ -52,11 +51,6 @@ class Hysteresis(ScannedEffect):
     over = Over.REVERSAL
     needs = "moving data with reversals of different lengths"
     shape_type = HysteresisShape
-    rivals = (
-        Rival("windup", experiments.SHORT_AND_LONG),
-        Rival("backlash", experiments.SHORT_AND_LONG),
-        Rival("reversal_spike", experiments.SHORT_AND_LONG),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show loops within loops, or None."""

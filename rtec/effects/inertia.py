@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Effect, Observable, Over, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
 
 
 class Inertia(Effect):
@@ -30,11 +29,6 @@ class Inertia(Effect):
     needs = "moving data with accelerations"
     not_negative = True
     data_checks = (no_acceleration,)
-    rivals = (
-        Rival("cogging", experiments.TWO_STROKES),
-        Rival("gravity", experiments.TWO_STROKES),
-        Rival("force_map", experiments.TWO_STROKES),
-    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, shape (rows, 1)."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rtec.effects import experiments
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import phases_seen
-from rtec.effects.protocol import Quantity, Rival, Shape, parameter
+from rtec.effects.protocol import Quantity, Shape, parameter
 
 FEWEST_PHASES = 4
 HARMONICS = 2
@@ -46,10 +45,6 @@ class Interpolation(Waves):
     is_adjective = True
     needs = "a stated signal period, which the positions show at four phases at least"
     shape_type = InterpolationShape
-    rivals = (
-        Rival("cyclic", experiments.FRACTIONS_OF_SIGNAL),
-        Rival("quantisation", experiments.FINE_STEPS),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show the signal period, or None."""

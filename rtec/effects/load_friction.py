@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.protocol import Amplitude, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Shape, Units
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
@@ -35,7 +34,6 @@ class LoadFriction(Coulomb):
 
     name = "load_friction"
     needs = "a load column that changes, and both directions of motion"
-    rivals = (Rival("coulomb", experiments.SEVERAL_LOADS),)
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction by load, or None."""

@@ -8,9 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -53,13 +52,6 @@ class LostCounts(ScannedEffect):
     in_time = True
     at_most = 3
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
-    rivals = (
-        Rival("backlash", experiments.REPEAT_CYCLES),
-        Rival("drift", experiments.INDEX_OFTEN),
-        Rival("thermal_shift", experiments.COOL_AGAIN),
-        Rival("dead_path", experiments.OTHER_WEATHER),
-        Rival("run_offset", experiments.ZERO_AGAIN),
-    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return moments between readings: between all of them, or denser towards both ends where they are many."""

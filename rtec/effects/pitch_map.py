@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._smooth import MOST_SWINGS, TABLE_TARGETS, node_ladder, node_names, smooth_columns, swings
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
 
 CIRCLE = (0.75, 1.5)
 """Turns of a rotary axis over which a map is none: the end of the turn is its beginning."""
@@ -48,10 +46,6 @@ class PitchMap(Effect):
     shape_type = MapShape
     is_map = True
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "interpolation"})
-    rivals: ClassVar[tuple[Rival, ...]] = (
-        Rival("thermal_growth", experiments.COLD_AND_HOT),
-        Rival("eccentricity", experiments.PAST_A_TURN),
-    )
 
     def finest(self, shape: Shape) -> float:
         """Return the shortest wave that the nodes draw: of two of their steps."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from rtec.effects.cards import Card, cards
 from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.experiments import Rival, rivals
 from rtec.errors import ArgumentError
 
 _SHOWN = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0), "nm": ("N*m", 1.0), "count": ("count", 1.0), "s": ("s", 1.0)}
@@ -88,32 +89,6 @@ class Amplitude:
     name: str
     unit: str
     factor: float
-
-
-@dataclass(frozen=True, slots=True)
-class Rival:
-    """An effect that it may be confounded with, and what to measure to separate the two."""
-
-    name: str
-    experiment: str
-    permanent: bool = False
-    """The two are not identifiable from each other with the same instrument."""
-    on_lengths: bool = False
-    """Permanent on a linear axis, where the columns of the two are the same."""
-    limit: bool = False
-    """The effect is a limit of this rival, which therefore explains as much: where it explains hardly more, it is not
-    preferred."""
-
-    def lasts(self, conditions: Conditions) -> bool:
-        """Return whether no other measurement of this kind can separate the two.
-
-        Examples
-        --------
-        >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64))
-        >>> Rival("gravity", "tilt the axis", on_lengths=True).lasts(c)
-        True
-        """
-        return self.permanent or (self.on_lengths and conditions.position_unit == "mm")
 
 
 class Per(enum.Enum):
@@ -227,7 +202,6 @@ class Effect(abc.ABC):
     """Proportional to position, too: a picture shows the near and the far end apart."""
     contains: ClassVar[frozenset[str]] = frozenset()
     """Simpler effects that are special cases of this one: where they explain the data, they win."""
-    rivals: ClassVar[tuple[Rival, ...]] = ()
     data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
     """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
     asks instead."""
@@ -254,6 +228,11 @@ class Effect(abc.ABC):
     def card(self) -> Card:
         """What a user reads about it; an effect of the library has its card on the page."""
         return cards()[self.name]
+
+    @property
+    def rivals(self) -> tuple[Rival, ...]:
+        """Effects that it may be confounded with, and what to measure to separate the two."""
+        return rivals().get(self.name, ())
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""

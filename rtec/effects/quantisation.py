@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 VISIBLE = 0.05
@@ -45,7 +44,6 @@ class Quantisation(Effect):
     needs = "three different values at least"
     shape_type = QuantisationShape
     never_ranked = True
-    rivals = (Rival("interpolation", experiments.FINE_STEPS),)
 
     def rounded(self, values: npt.ArrayLike, step: float) -> Floats:
         """Return the values as they are recorded in whole steps, halves to the even neighbour.

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units, own_shape
 
 STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
 """The air for which a laser without compensation assumes its wavelength."""
@@ -103,13 +102,6 @@ class Refraction(Effect):
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather, one_place)
-    rivals = (
-        Rival("dead_path", experiments.NEAR_AND_FAR),
-        Rival("scale", experiments.OTHER_WEATHER),
-        Rival("thermal_growth", experiments.OTHER_WEATHER),
-        Rival("drift", experiments.OTHER_WEATHER),
-        Rival("warm_up_growth", experiments.OTHER_WEATHER),
-    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the temperatures that may be the air's."""

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Quantity, Rival, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances, opposed, unseen_distances
 
 
@@ -43,12 +42,6 @@ class ReversalSpike(AfterReversal):
     name = "reversal_spike"
     amplitude = "spike"
     shape_type = SpikeShape
-    rivals = (
-        Rival("windup", experiments.AFTER_REVERSAL),
-        Rival("backlash", experiments.AFTER_REVERSAL),
-        Rival("backlash_map", experiments.MANY_REVERSALS),
-        Rival("hysteresis", experiments.SHORT_AND_LONG),
-    )
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return what may lie between too few readings after reversals."""

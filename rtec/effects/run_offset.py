@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Effect, Over, Quantity, Shape, Units, own_shape, parameter
 
 MOST_RUNS = 40
 """Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
@@ -41,13 +40,6 @@ class RunOffset(Effect):
     needs = f"several runs, {MOST_RUNS} at most"
     shape_type = RunShape
     in_time = True
-    rivals = (
-        Rival("lost_counts", experiments.ZERO_AGAIN),
-        Rival("drift", experiments.ZERO_AGAIN),
-        Rival("warm_up", experiments.ZERO_AGAIN),
-        Rival("thermal_shift", experiments.ZERO_AGAIN),
-        Rival("dead_path", experiments.ZERO_AGAIN),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a zero of each run, or None."""

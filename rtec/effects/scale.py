@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Effect, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Per, Shape
 
 
 class Scale(Effect):
@@ -26,15 +25,6 @@ class Scale(Effect):
     is_adjective = True
     amplitude_per = Per.LENGTH
     needs = "spread of positions"
-    rivals = (
-        Rival("cosine", experiments.SECOND_INSTRUMENT, permanent=True),
-        Rival("drift", experiments.INTERLEAVE),
-        Rival("thermal_growth", experiments.COLD_AND_HOT),
-        Rival("thermal_shift", experiments.COLD_AND_HOT),
-        Rival("acceleration_lag", experiments.TWO_STROKES),
-        Rival("warm_up_growth", experiments.INTERLEAVE),
-        Rival("refraction", experiments.OTHER_WEATHER),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a slope, or None."""

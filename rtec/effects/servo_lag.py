@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Amplitude, Effect, Over, Rival, Shape, Units
+from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
 
 
 class ServoLag(Effect):
@@ -28,7 +27,6 @@ class ServoLag(Effect):
     over = Over.VELOCITY
     needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
     data_checks = (no_speed,)
-    rivals = (Rival("backlash", experiments.THREE_FEEDS),)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, negative, shape (rows, 1)."""

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, no_speed, one_way
-from rtec.effects.protocol import Quantity, Rival, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
 
 FEWEST_SPEEDS = 4
 SLOWEST = 1 / 300
@@ -48,7 +47,6 @@ class Stribeck(BuildsUp):
     needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
     data_checks = (no_speed, one_way)
-    rivals = (Rival("coulomb", experiments.CREEP),)
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that falls with speed, or None."""

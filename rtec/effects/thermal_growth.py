@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Per, Quantity, Rival, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
 
 FAR = 2.0
 """Spans beyond the axis from which on a fixed point is none: all of it moves alike."""
@@ -43,14 +42,6 @@ class ThermalGrowth(FollowsHeat):
     name = "thermal_growth"
     grows_with_position = True
     shape_type = GrowthShape
-    rivals = (
-        Rival("pitch_map", experiments.COLD_AND_HOT),
-        Rival("scale", experiments.COLD_AND_HOT),
-        Rival("warm_up", experiments.OTHER_HEAT),
-        Rival("thermal_shift", experiments.HOT_AT_BOTH_ENDS),
-        Rival("warm_up_growth", experiments.OTHER_HEAT),
-        Rival("refraction", experiments.OTHER_WEATHER),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth, or None."""

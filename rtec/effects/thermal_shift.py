@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rtec.effects import experiments
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Per, Rival, Shape, own_shape
+from rtec.effects.protocol import Per, Shape, own_shape
 
 
 class ThermalShift(FollowsHeat):
@@ -32,16 +31,6 @@ class ThermalShift(FollowsHeat):
     amplitude_per = Per.KELVIN
     shape_type = HeatShape
     data_checks = (unchanging,)
-    rivals = (
-        Rival("thermal_growth", experiments.HOT_AT_BOTH_ENDS),
-        Rival("scale", experiments.COLD_AND_HOT),
-        Rival("warm_up", experiments.OTHER_HEAT),
-        Rival("warm_up_growth", experiments.OTHER_HEAT),
-        Rival("drift", experiments.COOL_AGAIN),
-        Rival("lost_counts", experiments.COOL_AGAIN),
-        Rival("dead_path", experiments.OTHER_WEATHER),
-        Rival("run_offset", experiments.ZERO_AGAIN),
-    )
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape at once and with lags."""

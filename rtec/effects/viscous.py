@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Effect, Observable, Over, Per, Rival, Shape
+from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
 
 ONE_SPEED = 0.2
 """Of the usual speed: where half of the way in a direction was gone at speeds closer together, it is one speed."""
@@ -33,11 +32,6 @@ class Viscous(Effect):
     amplitude_per = Per.SPEED
     needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
-    rivals = (
-        Rival("coulomb", experiments.SEVERAL_SPEEDS),
-        Rival("gravity", experiments.SPEEDS_OVER_ANGLES),
-        Rival("force_offset", experiments.SPEEDS_EACH_WAY),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction that grows with speed, or None."""

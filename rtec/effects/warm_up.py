@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
 
@@ -48,14 +46,6 @@ class WarmUp(ScannedEffect):
     contains = frozenset({"drift"})
     in_time = True
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
-    rivals: ClassVar[tuple[Rival, ...]] = (
-        Rival("drift", experiments.LONGER),
-        Rival("thermal_growth", experiments.OTHER_HEAT),
-        Rival("thermal_shift", experiments.OTHER_HEAT),
-        Rival("warm_up_growth", experiments.FAR_AND_WARM),
-        Rival("dead_path", experiments.OTHER_WEATHER),
-        Rival("run_offset", experiments.ZERO_AGAIN),
-    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rtec.effects import experiments
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Per, Rival, Shape
+from rtec.effects.protocol import Per, Shape
 from rtec.effects.warm_up import WarmUp
 
 
@@ -33,14 +32,6 @@ class WarmUpGrowth(WarmUp):
     amplitude_per = Per.LENGTH
     needs = "a time column, and a spread of positions"
     contains = frozenset({"scale"})
-    rivals = (
-        Rival("warm_up", experiments.FAR_AND_WARM),
-        Rival("thermal_growth", experiments.OTHER_HEAT),
-        Rival("thermal_shift", experiments.OTHER_HEAT),
-        Rival("scale", experiments.INTERLEAVE),
-        Rival("drift", experiments.LONGER),
-        Rival("refraction", experiments.OTHER_WEATHER),
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth in time, or None."""

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rtec.effects import experiments
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Over, Quantity, Rival, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
@@ -80,12 +79,6 @@ class Windup(AfterReversal):
 
     name = "windup"
     shape_type = WindupShape
-    rivals = (
-        Rival("backlash", experiments.AFTER_REVERSAL),
-        Rival("backlash_map", experiments.MANY_REVERSALS),
-        Rival("reversal_spike", experiments.AFTER_REVERSAL),
-        Rival("hysteresis", experiments.SHORT_AND_LONG),
-    )
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return what may lie between too few readings after reversals."""

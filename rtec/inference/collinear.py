@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rtec.effects import Effect, Rival, effect_named
+from rtec.effects import Effect, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.results import Candidate, Cosines
 
@@ -39,12 +39,6 @@ def effect_or_none(name: str) -> Effect | None:
         return effect_named(name)
     except ArgumentError:
         return None
-
-
-def rival(name: str, other: str) -> Rival | None:
-    """Return what separates ``name`` from ``other``, or None where the library does not confound them."""
-    effect = effect_or_none(name)
-    return None if effect is None else next((r for r in effect.rivals if r.name == other), None)
 
 
 def nested(name: str, other: str) -> bool:

@@ -20,6 +20,7 @@ from rtec.effects.experiments import (
     SPEEDS_EACH_WAY,
     SPEEDS_OVER_ANGLES,
     Ask,
+    rival,
 )
 from rtec.effects.gravity import LEAST_SPAN_DEG
 from rtec.effects.viscous import one_speed_each_way
@@ -84,10 +85,11 @@ def experiment_for_rivals(
     Where ``others`` are tied as well, the words of what separates them follow.
     """
     first = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
-    further = (
-        known_between(effect_named(one.effect), effect_named(one.rival)) for one in others if not one.permanent
+    further = (known_between(one.effect, one.rival) for one in others if not one.permanent)
+    hidden = (
+        known_between(one.name, two.name)
+        for one, two in alike(judge, model, {rivalry.effect, *(o.effect for o in others)})
     )
-    hidden = (known_between(*pair) for pair in alike(judge, model, {rivalry.effect, *(o.effect for o in others)}))
     found = experiment_of(
         [first, *(words for words in (*further, *hidden, *_of_weight(judge.space.dataset)) if words)]
     )
@@ -124,19 +126,19 @@ def experiment_for_likely(names: Sequence[str]) -> Experiment | None:
     >>> experiment_for_likely(["drift", "refraction"]).text[:25]
     'measure again on a day of'
     """
-    pairs = itertools.combinations([effect_named(name) for name in names], 2)
-    known = [words for one, other in pairs if (words := known_between(one, other))]
+    known = [words for pair in itertools.combinations(names, 2) if (words := known_between(*pair))]
     return experiment_of(known) if known else None
 
 
-def known_between(first: Effect, second: Effect) -> str | None:
-    """Return the words of the experiment that separates two effects, which each of them has; None where none has."""
-    return next((rival.experiment for rival in first.rivals if rival.name == second.name), None)
+def known_between(first: str, second: str) -> str | None:
+    """Return the words of the experiment that separates two effects, by name; None where they are not confounded."""
+    known = rival(first, second)
+    return None if known is None else known.experiment
 
 
 def between(first: Effect, second: Effect) -> str:
     """Return the words of the experiment that separates two effects."""
-    return known_between(first, second) or (
+    return known_between(first.name, second.name) or (
         f"vary what {first.name} depends on while what {second.name} depends on stays ({first.name} needs "
         f"{first.needs}; {second.name} needs {second.needs})"
     )

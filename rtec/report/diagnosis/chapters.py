@@ -11,14 +11,8 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Card
-from rtec.inference.collinear import (
-    collinear_pairs,
-    effect_or_none,
-    nested,
-    not_identifiable,
-    rival,
-    tied_groups,
-)
+from rtec.effects.experiments import rival
+from rtec.inference.collinear import collinear_pairs, effect_or_none, nested, not_identifiable, tied_groups
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Verdict
