@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
-from rtec.predictors import BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors import Predictor
 from rtec.predictors.binding import bound_curve
+from rtec.predictors.tables import ErrorTable
 
 GRID_POINTS = 4001
 NEAREST_MM = 1e-6
@@ -63,9 +64,7 @@ def _points(error: Predictor) -> NDArray[np.float64]:
     if not (np.isfinite(low) and np.isfinite(high)):
         return np.empty(0)
     points = [np.linspace(low, high, GRID_POINTS)]
-    if isinstance(error, UnidirectionalTable):
-        points = [error.positions_mm]
-    elif isinstance(error, BidirectionalTable):
-        points = [error.forward_positions_mm, error.reverse_positions_mm]
+    if isinstance(error, ErrorTable):
+        points = [positions for positions, _ in error.ways]
     grid = np.unique(np.concatenate(points))
     return grid[np.append(True, np.diff(grid) > NEAREST_MM)]

@@ -7,18 +7,15 @@ of the screw; their outputs are added (thesis 4.4.2 and Figure 4.6). The directi
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 
 import numpy as np
 
-from rtec.predictors import _kernels, _lathe_weights
-from rtec.predictors._columns import Floats
-from rtec.predictors.curve import Curve
+from rtec.predictors import _lathe_weights
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.units import MM_PER_INCH
 
 
-class LatheNetwork(Curve):
+class LatheNetwork(TrainedNetworks):
     """Error of the thesis's lathe, z axis, from its printed trained network.
 
     Thirty neurons for the error along the axis and eight for the error within a turn of the 0.25 inch screw. The
@@ -43,25 +40,12 @@ class LatheNetwork(Curve):
 
     __slots__ = ()
 
-    @property
-    def function(self) -> Callable[..., float]:
-        """The compiled function."""
-        return _kernels.layered_error
-
-    @property
-    def numbers(self) -> Floats:
-        """A new array; its layout stands in ``_kernels.py``."""
-        return _lathe().numbers
-
-    @property
-    def range_mm(self) -> tuple[float, float]:
-        """Positions for which the network was trained: 1 to 40 inches."""
-        return _lathe().range_mm
-
-    @property
-    def pitch_mm(self) -> float:
-        """Pitch of the screw: 0.25 inch."""
-        return _lathe().pitch_mm
+    def __init__(self) -> None:
+        super().__init__(
+            networks=_printed(),
+            range_mm=(1.0 * MM_PER_INCH, 40.0 * MM_PER_INCH),
+            pitch_mm=0.25 * MM_PER_INCH,
+        )
 
     def __repr__(self) -> str:
         return "LatheNetwork()"
@@ -82,12 +66,8 @@ def _network(place: str, neurons: tuple[_lathe_weights.Neuron, ...], output_bias
 
 
 @functools.cache
-def _lathe() -> TrainedNetworks:
-    return TrainedNetworks(
-        networks=(
-            _network("position", _lathe_weights.LONG_RANGE, _lathe_weights.LONG_RANGE_BIAS),
-            _network("turn", _lathe_weights.CYCLIC, _lathe_weights.CYCLIC_BIAS),
-        ),
-        pitch_mm=0.25 * MM_PER_INCH,
-        range_mm=(1.0 * MM_PER_INCH, 40.0 * MM_PER_INCH),
+def _printed() -> tuple[LayeredNetwork, ...]:
+    return (
+        _network("position", _lathe_weights.LONG_RANGE, _lathe_weights.LONG_RANGE_BIAS),
+        _network("turn", _lathe_weights.CYCLIC, _lathe_weights.CYCLIC_BIAS),
     )

@@ -29,10 +29,9 @@ positions of other axes as well; ``axis`` is the number of the axis itself, wher
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -263,52 +262,41 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
 def _network_lines(predictor: TrainedNetworks) -> Iterator[str]:
     yield f'pitch = "{predictor.pitch_mm!r} mm"'
     for network in predictor.networks:
-        yield ""
-        yield "[[network]]"
-        yield "inputs = [" + ", ".join(_text(name) for name in network.inputs) + "]"
-        yield f"middle = {_listed(network.middle)}"
-        yield f"half = {_listed(network.half)}"
-        yield f"hidden = {list(network.hidden)!r}"
-        yield f"weights = {_listed(network.weights)}"
-        yield f"bias_mm = {network.bias_mm!r}"
-        yield f"factor_mm = {network.factor_mm!r}"
+        yield from ("", "[[network]]", *_lines_of({key: getattr(network, key) for key in _NETWORK}))
 
 
 def _table_lines(table: UnidirectionalTable | BidirectionalTable) -> Iterator[str]:
     yield f'between = "{table.between.value}"'
-    sides: dict[str, tuple[Any, Any]]
+    own = list(table.ways)
     if isinstance(table, UnidirectionalTable):
         yield f'backlash = "{table.backlash_mm!r} mm"'
-        sides = {"forward": (table.positions_mm, table.errors_mm)}
-    else:
-        sides = {
-            "forward": (table.forward_positions_mm, table.forward_errors_mm),
-            "reverse": (table.reverse_positions_mm, table.reverse_errors_mm),
-        }
-    for side, (positions, errors) in sides.items():
-        yield ""
-        yield f"[{side}]"
-        yield f"positions_mm = {_listed(positions)}"
-        yield f"errors_mm = {_listed(errors)}"
+        del own[1]
+    for side, (positions, errors) in zip(_WAYS, own, strict=False):
+        yield from ("", f"[{side}]", *_lines_of({"positions_mm": positions, "errors_mm": errors}))
 
 
 def _axis_lines(predictor: AxisTables) -> Iterator[str]:
     names = {way: name for name, way in _WAYS.items()}
     for table in predictor.tables:
-        yield ""
-        yield "[[table]]"
-        yield f"of = {_text(table.of)}"
+        told: dict[str, object] = {"of": table.of}
         if table.direction:
-            yield f'direction = "{names[table.direction]}"'
+            told["direction"] = names[table.direction]
         if table.arm is not None:
-            yield f"arm = {_text(table.arm)}"
-            yield f"arm_mm = {_listed(table.arm_mm)}"
-        yield f"positions_mm = {_listed(table.positions_mm)}"
-        yield f"{'errors_mm' if table.arm is None else 'angles_rad'} = {_listed(table.values)}"
+            told |= {"arm": table.arm, "arm_mm": table.arm_mm}
+        told["positions_mm"] = table.positions_mm
+        told["errors_mm" if table.arm is None else "angles_rad"] = table.values
+        yield from ("", "[[table]]", *_lines_of(told))
 
 
-def _listed(values: Iterable[float]) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+def _lines_of(values: Mapping[str, object]) -> Iterator[str]:
+    return (f"{key} = {_shown(value)}" for key, value in values.items())
+
+
+def _shown(value: object) -> str:
+    """Return a text, a number or a list of them as it stands in the file."""
+    if isinstance(value, np.ndarray | tuple):
+        return "[" + ", ".join(map(_shown, np.asarray(value).tolist())) + "]"
+    return _text(value) if isinstance(value, str) else repr(value)
 
 
 def _text(value: str) -> str:

@@ -5,6 +5,7 @@ Between the points of a table the error is linear or a monotone cubic; beyond it
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -50,8 +51,36 @@ class Between(Enum):
         return np.concatenate(columns)
 
 
+class ErrorTable(Curve):
+    """Base of the tables: positions and errors of both directions, and what is said between them."""
+
+    __slots__ = ()
+    between: Between
+
+    @property
+    @abstractmethod
+    def ways(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Positions and errors of the forward direction, then those of the reverse direction, in mm."""
+
+    @property
+    def function(self) -> Callable[..., float]:
+        """The compiled function."""
+        return self.between.function
+
+    @property
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_kernels.py``."""
+        return self.between.numbers(*self.ways)
+
+    @property
+    def range_mm(self) -> tuple[float, float]:
+        """First and last position that both directions cover."""
+        (forward, _), (reverse, _) = self.ways
+        return float(max(forward[0], reverse[0])), float(min(forward[-1], reverse[-1]))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class UnidirectionalTable(Curve):
+class UnidirectionalTable(ErrorTable):
     """Errors of the forward direction, and one backlash for the whole axis.
 
     Parameters
@@ -96,25 +125,13 @@ class UnidirectionalTable(Curve):
         object.__setattr__(self, "backlash_mm", float(column("backlash_mm", [self.backlash_mm])[0]))
 
     @property
-    def function(self) -> Callable[..., float]:
-        """The compiled function."""
-        return self.between.function
-
-    @property
-    def numbers(self) -> Floats:
-        """A new array; its layout stands in ``_kernels.py``."""
-        return self.between.numbers(
-            (self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm)
-        )
-
-    @property
-    def range_mm(self) -> tuple[float, float]:
-        """First and last position of the table."""
-        return float(self.positions_mm[0]), float(self.positions_mm[-1])
+    def ways(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """The errors, and the same raised by the backlash."""
+        return (self.positions_mm, self.errors_mm), (self.positions_mm, self.errors_mm + self.backlash_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BidirectionalTable(Curve):
+class BidirectionalTable(ErrorTable):
     """Errors of each direction by themselves; the backlash is their difference.
 
     Parameters
@@ -220,21 +237,7 @@ class BidirectionalTable(Curve):
         return cls.on_grid(grid, predictor.error_mm(grid, FORWARD), predictor.error_mm(grid, REVERSE))
 
     @property
-    def function(self) -> Callable[..., float]:
-        """The compiled function."""
-        return self.between.function
-
-    @property
-    def numbers(self) -> Floats:
-        """A new array; its layout stands in ``_kernels.py``."""
-        return self.between.numbers(
-            (self.forward_positions_mm, self.forward_errors_mm), (self.reverse_positions_mm, self.reverse_errors_mm)
-        )
-
-    @property
-    def range_mm(self) -> tuple[float, float]:
-        """First and last position that both directions cover."""
-        return (
-            float(max(self.forward_positions_mm[0], self.reverse_positions_mm[0])),
-            float(min(self.forward_positions_mm[-1], self.reverse_positions_mm[-1])),
-        )
+    def ways(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Those of each direction."""
+        forward = self.forward_positions_mm, self.forward_errors_mm
+        return forward, (self.reverse_positions_mm, self.reverse_errors_mm)

@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from rtec.errors import ArgumentError
-from rtec.predictors import AxisTables, BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors import AxisTables, Predictor
 from rtec.predictors._columns import Floats
 from rtec.predictors.binding import CURVE, OF_AXIS
 from rtec.predictors.layered import TOUCH_MM, LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
-from rtec.predictors.tables import Between
+from rtec.predictors.tables import Between, ErrorTable
 from rtec.study.compensation import Compensation
 
 Range = tuple[float, float]
@@ -110,7 +110,7 @@ def predictor_lines(
         _check_networks(predictor, precision)
         held_mm = _within(held_mm, predictor.range_mm)
         body, library = _networks(predictor, held_mm, precision), precision.code("the only library function is exp()")
-    elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
+    elif isinstance(predictor, ErrorTable):
         ways = _ways(predictor)
         own = min(way[0, 0] for way in ways), max(way[0, -1] for way in ways)
         held_mm = _within(held_mm, own)
@@ -211,7 +211,7 @@ def _hold(range_mm: Range, precision: Precision) -> Iterator[str]:
 # Tables
 
 
-def _ways(table: UnidirectionalTable | BidirectionalTable) -> tuple[Floats, Floats]:
+def _ways(table: ErrorTable) -> tuple[Floats, Floats]:
     """Return positions, errors and of cubics the slopes of each direction, as the compiled function has them."""
     numbers, columns = table.numbers, 3 if table.between is Between.CUBIC else 2
     reverse = 1 + columns * int(numbers[0])

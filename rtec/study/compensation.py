@@ -10,9 +10,10 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
 from rtec.inference.static_predictor import MOST_POINTS, Floats, LeftOut, predictor_of_model, static_part
-from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, Predictor, UnidirectionalTable
+from rtec.predictors import FORWARD, REVERSE, Predictor
 from rtec.predictors.binding import check_curve
 from rtec.predictors.layered import TOUCH_MM, TrainedNetworks
+from rtec.predictors.tables import ErrorTable
 
 LINUXCNC_TRIPLETS = 256
 """Most nodes that LinuxCNC reads for a joint."""
@@ -122,10 +123,8 @@ def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Dr
     """
     check_curve(predictor, "model", hint="--c holds a predictor of several axes, a table does not")
     points, special = FEWEST, [np.array([low_mm, high_mm, *predictor.range_mm])]
-    if isinstance(predictor, UnidirectionalTable):
-        special.append(predictor.positions_mm)
-    elif isinstance(predictor, BidirectionalTable):
-        special += [predictor.forward_positions_mm, predictor.reverse_positions_mm]
+    if isinstance(predictor, ErrorTable):
+        special += [positions for positions, _ in predictor.ways]
     elif isinstance(predictor, TrainedNetworks) and any("turn" in one.inputs for one in predictor.networks):
         turns = (high_mm - low_mm) / predictor.pitch_mm
         if turns * POINTS_A_TURN > MOST_POINTS:

@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from rtec.dataset.dataset import Dataset
 from rtec.errors import ArgumentError
+from rtec.inference.noise import within_cells
 from rtec.jobs import cores
 from rtec.predictors import Predictor
 from rtec.predictors.fitting.samples import Samples
@@ -101,12 +102,7 @@ def _stood_still(dataset: Dataset, parts: Parts) -> list[str]:
 def repeatability_mm(samples: Samples) -> float | None:
     """Return the standard deviation of a reading about the mean of its place and direction; None without repeats."""
     cell = 2 * samples.place() + (samples.direction < 0.0)
-    counts = np.bincount(cell)
-    degrees_of_freedom = samples.rows - np.count_nonzero(counts)
-    if not degrees_of_freedom:
-        return None
-    mean = np.bincount(cell, samples.error_mm)[cell] / counts[cell]
-    return math.sqrt(float(np.sum((samples.error_mm - mean) ** 2)) / degrees_of_freedom)
+    return within_cells(samples.error_mm, cell)[0] if np.bincount(cell).max() > 1 else None
 
 
 class _Run:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from rtec.dataset.dataset import Dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
@@ -118,7 +116,6 @@ def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]
         chosen = spaced_table(parts.seen, kind, between, seed=task.effort.seed)
         # the place without readings would be a gap that no control's table has
         table = table_of(together([parts.seen, parts.sure]), chosen)
-        points = sum(side.size for side in _errors(table))
         notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
         if task.pitch_mm is not None:
             turn = task.pitch_mm / chosen.spacing_mm
@@ -127,7 +124,7 @@ def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]
                 notes.append("errors that repeat every turn are not in it")
         return Fitted(
             predictor=table,
-            parameters=points + isinstance(table, UnidirectionalTable),
+            parameters=_numbers_in(table),
             unsure=chosen.table,
             notes=tuple(notes),
             tried=chosen.tried,
@@ -136,10 +133,11 @@ def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]
     return fit
 
 
-def _errors(table: Table) -> tuple[np.ndarray, ...]:
+def _numbers_in(table: Table) -> int:
+    """Return how many numbers of a table were fitted: its errors, and the backlash where it has one."""
     if isinstance(table, UnidirectionalTable):
-        return (table.errors_mm,)
-    return table.forward_errors_mm, table.reverse_errors_mm
+        return table.errors_mm.size + 1
+    return sum(errors.size for _, errors in table.ways)
 
 
 def _fits_geometry(geometry: Geometry) -> Callable[[Task], Fitted]:

@@ -272,26 +272,24 @@ def seen_by(name: str, samples: Samples, pitch_mm: float) -> Floats:
     return samples.seen_by([name])[name]
 
 
+@dataclass(slots=True)
 class _Best:
     """The best weights of all starts by what they say of unseen readings, and the course of the start they are of."""
 
-    def __init__(
-        self,
-        net: Layers,
-        wanted: Floats,
-        effort: Effort,
-        factor_mm: float,
-        rows: int,
-        limit: Limit,
-        tell: Callable[[float], None],
-    ) -> None:
-        self._net, self._wanted, self._effort = net, wanted, effort
-        self._factor, self._rows, self._limit, self._tell = factor_mm, rows, limit, tell
-        self.weights: Floats | None = None
-        self.course = Course()
-        self._lowest = math.inf
-        self._epochs = 0
-        self.begin()
+    net: Layers
+    wanted: Floats
+    effort: Effort
+    factor_mm: float
+    rows: int
+    limit: Limit
+    tell: Callable[[float], None]
+    weights: Floats | None = None
+    course: Course = field(default_factory=Course)
+    _lowest: float = math.inf
+    _epochs: int = 0
+    _course: Course = field(default_factory=Course)
+    _here: float = math.inf
+    _since: int = 0
 
     def begin(self) -> None:
         """Begin another start."""
@@ -299,21 +297,21 @@ class _Best:
 
     def watch(self, weights: Floats, squares: float) -> bool:
         """Take note of an epoch; False where it was the last one of this start."""
-        off = self._net.output(weights) - self._wanted
-        unseen = math.sqrt(float(off @ off) / off.size) * self._factor
-        course, effort = self._course, self._effort
+        off = self.net.output(weights) - self.wanted
+        unseen = math.sqrt(float(off @ off) / off.size) * self.factor_mm
+        course, effort = self._course, self.effort
         if not math.isfinite(squares) or not math.isfinite(unseen):
             return False
-        course.train_mm.append(math.sqrt(squares / self._rows) * self._factor)
+        course.train_mm.append(math.sqrt(squares / self.rows) * self.factor_mm)
         course.unseen_mm.append(unseen)
         self._since = 0 if unseen < self._here else self._since + 1
         self._here = min(self._here, unseen)
         if unseen < self._lowest:
             self._lowest, self.weights = unseen, weights.copy()
-            course.squares_mm2 = squares * self._factor**2
+            course.squares_mm2 = squares * self.factor_mm**2
             course.epochs = self.course.epochs
             self.course = course
-            self._tell(unseen)
+            self.tell(unseen)
         self._epochs += 1
         self.course.epochs = self._epochs
-        return len(course.train_mm) <= effort.epochs and self._since < effort.patience and not self._limit.reached
+        return len(course.train_mm) <= effort.epochs and self._since < effort.patience and not self.limit.reached

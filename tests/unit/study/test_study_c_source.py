@@ -13,7 +13,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from rtec.errors import ArgumentError
-from rtec.predictors import AxisTables, BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import AxisTables, BidirectionalTable, NoError, UnidirectionalTable
 from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
@@ -257,7 +257,7 @@ def test_a_file_named_after_a_type_of_c_compiles_in_single_precision(tmp_path):
 
 def test_what_c_cannot_hold_is_refused():
     with pytest.raises(ArgumentError, match="tables or networks"):
-        source(LatheNetwork())
+        source(NoError())
     thin = LayeredNetwork(
         inputs=("position",), middle=[0.0], half=[1e-50], hidden=(1,), weights=[1.0, 0.0, 1.0, 0.0],
         bias_mm=0.0, factor_mm=1.0,
