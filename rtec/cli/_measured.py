@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import apart, flag, option, whole
 from rtec.errors import ArgumentError
 from rtec.units import NUMBER
@@ -21,11 +22,8 @@ if TYPE_CHECKING:
     from rtec.inference.model import Model
     from rtec.metrology import ColumnChoices
 
-_COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
-_FACTS = ("screw_pitch", "scale_signal_period", "counts_per_rev", "reference_temperature")
-"""Options that state a fact of the axis; they are judged with the measurement, which decides on their unit."""
 _AXIS = "Facts of the axis, where the file does not state them"
-_READ = "How the file is read, where rtec asks or takes a column for the wrong thing"
+_COUNTS = re.compile(rf"{NUMBER}\s*(?:counts?(?:/rev)?)?", re.ASCII)
 
 
 def _counts_per_rev(said: str) -> str:
@@ -45,42 +43,69 @@ DataFiles = Annotated[
         show_default=False,
     ),
 ]
-ModelFile = Annotated[Path | None, option("--model", "M.toml", "Effects that are known; none without it.")]
-HeldOut = Annotated[
-    Path | None, option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
-]
-Lock = Annotated[
-    bool, flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
-]
-Observe = Annotated[
-    str | None, option("--observe", "QUANTITY", "What is explained: deviation without it; force, current, ...")
-]
+Seed = Annotated[int, whole("--seed", "Draws the readings that are looked at of a very long file.", low=0)]
+Json = Annotated[bool, flag("--json", "One JSON document on stdout, nothing else.")]
 ScrewPitch = Annotated[str | None, option("--screw-pitch", "'6.35 mm'", "Travel of a turn.", panel=_AXIS)]
-SignalPeriod = Annotated[str | None, option("--signal-period", "'20 um'", "Signal period of the scale.", panel=_AXIS)]
 CountsPerRev = Annotated[
     str | None, option("--counts-per-rev", "8192", "Counts of a turn.", panel=_AXIS, read=_counts_per_rev)
 ]
-ReferenceTemperature = Annotated[
-    str | None, option("--reference-temperature", "'20 degC'", "At which lengths are nominal.", panel=_AXIS)
-]
-Maps = Annotated[
-    list[str] | None,
-    option(
-        "--map",
-        "'HEADING=MEANING'",
-        "What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
-        panel=_READ,
-    ),
-]
-Sheet = Annotated[str | None, option("--sheet", "NAME", "Sheet of a workbook that has several.", panel=_READ)]
-TableNumber = Annotated[
-    int | None, whole("--table", "Number of the table, where a file or sheet has several.", low=1, panel=_READ)
-]
-Decimal = Annotated[
-    str | None, option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.", panel=_READ)
-]
-Seed = Annotated[int, whole("--seed", "Draws the readings that are looked at of a very long file.", low=0)]
-Json = Annotated[bool, flag("--json", "One JSON document on stdout, nothing else.")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisOptions(OptionGroup):
+    """Options that state facts of the axis; they are judged with the measurement, which decides on their unit."""
+
+    PANEL = _AXIS
+
+    screw_pitch: ScrewPitch = None
+    scale_signal_period: Annotated[
+        str | None, option("--signal-period", "'20 um'", "Signal period of the scale.")
+    ] = None
+    counts_per_rev: CountsPerRev = None
+    reference_temperature: Annotated[
+        str | None, option("--reference-temperature", "'20 degC'", "At which lengths are nominal.")
+    ] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnOptions(OptionGroup):
+    """Options that say what is what in a file."""
+
+    PANEL = "How the file is read, where rtec asks or takes a column for the wrong thing"
+
+    maps: Annotated[
+        list[str] | None,
+        option(
+            "--map",
+            "'HEADING=MEANING'",
+            "What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
+        ),
+    ] = None
+    sheet: Annotated[str | None, option("--sheet", "NAME", "Sheet of a workbook that has several.")] = None
+    table: Annotated[
+        int | None, whole("--table", "Number of the table, where a file or sheet has several.", low=1)
+    ] = None
+    decimal: Annotated[
+        str | None, option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.")
+    ] = None
+
+    def choices(self, *, several: bool = False) -> ColumnChoices:
+        """Return what they say of a file, or of several that need not all have every column.
+
+        Raises
+        ------
+        ArgumentError
+            One of them is wrong.
+
+        Examples
+        --------
+        >>> ColumnOptions(maps=["nominal=target_mm"], decimal="comma").choices().decimal
+        ','
+        """
+        from rtec.metrology import column_choices
+
+        choices = column_choices(self.maps or (), sheet=self.sheet, table=self.table, decimal=self.decimal)
+        return dataclasses.replace(choices, of_several=several)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,102 +118,57 @@ class Inputs:
     locked: bool
 
 
-def how(context: typer.Context, *, several: bool = False) -> dict[str, Any]:
-    """Return how the options of a verb say that measurements are read, as `read_inputs` takes it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredOptions(OptionGroup):
+    """Options that say what is explained of a measurement, by what, what judges it, and how files are read."""
 
-    Parameters
-    ----------
-    context
-        Of the verb; an option that it does not have says nothing.
-    several
-        Whether several measurements are read, that need not all have every column.
-    """
-    given = context.params
-    return {
-        "model": given.get("model"),
-        "heldout": given.get("heldout"),
-        "lock": given.get("lock", False),
-        "observe": given.get("observe"),
-        "facts": {fact: given[fact] for fact in _FACTS if given.get(fact) is not None},
-        "choices": choices_of(given["maps"], given["sheet"], given["table"], given["decimal"], several=several),
-    }
+    model: Annotated[Path | None, option("--model", "M.toml", "Effects that are known; none without it.")] = None
+    heldout: Annotated[
+        Path | None, option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
+    ] = None
+    lock: Annotated[
+        bool, flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
+    ] = False
+    observe: Annotated[
+        str | None, option("--observe", "QUANTITY", "What is explained: deviation without it; force, current, ...")
+    ] = None
+    axis: AxisOptions = AxisOptions()
+    columns: ColumnOptions = ColumnOptions()
 
+    def read(self, data: Path, *, several: bool = False) -> Inputs:
+        """Read measurement, model and held-out measurement; ``several`` measurements need not have every column.
 
-def choices_of(
-    maps: list[str] | None, sheet: str | None, table: int | None, decimal: str | None, *, several: bool = False
-) -> ColumnChoices:
-    """Return what options say of the columns of a file, or of several that need not all have every column.
+        Raises
+        ------
+        RtecError
+            A file that cannot be read or does not fit the others, or an option that is wrong.
+        """
+        from rtec.dataset.load import load_dataset
+        from rtec.dataset.lock import locked
+        from rtec.inference.compare import check_model
+        from rtec.inference.model_file import read_model, read_observe
 
-    Raises
-    ------
-    ArgumentError
-        One of them is wrong.
-
-    Examples
-    --------
-    >>> choices_of(["nominal=target_mm"], None, None, "comma").decimal
-    ','
-    """
-    from rtec.metrology import column_choices
-
-    choices = column_choices(maps or (), sheet=sheet, table=table, decimal=decimal)
-    return dataclasses.replace(choices, of_several=several)
-
-
-def read_inputs(
-    data: Path,
-    *,
-    model: Path | None,
-    heldout: Path | None,
-    lock: bool,
-    observe: str | None,
-    facts: Mapping[str, str],
-    choices: ColumnChoices,
-) -> Inputs:
-    """Read measurement, model and held-out measurement, which must belong to each other.
-
-    Parameters
-    ----------
-    data, model, heldout
-        Files.
-    lock
-        Whether a part of the measurement is locked away from everything that is fitted or chosen.
-    observe
-        Quantity to be explained; that of the model without it.
-    facts
-        Of the axis, from options.
-    choices
-        What the user says of the columns.
-
-    Raises
-    ------
-    RtecError
-        A file that cannot be read or does not fit the others, or an option that is wrong.
-    """
-    from rtec.dataset.load import load_dataset
-    from rtec.dataset.lock import locked
-    from rtec.inference.compare import check_model
-    from rtec.inference.model_file import read_model, read_observe
-
-    if lock and heldout is not None:
-        raise apart("--lock", "--heldout", "either judges instead of blocks")
-    if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
-        allowed = "another one; --lock holds back a part of a single one"
-        raise ArgumentError("--heldout", heldout, allowed, problem="is the measurement itself")
-    if heldout is not None:
-        choices = dataclasses.replace(choices, of_several=True)
-    wanted = observe if observe is not None or model is None else read_observe(model)
-    with _naming("--observe", "--observe" if observe is not None else f"{model}: observe"):
-        dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
-    with _naming("--observe", f"{heldout}: column"):
-        other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
-    known = None if model is None else read_model(model, dataset.units)
-    if known is not None:
-        for measured in (dataset,) if other is None else (dataset, other):
-            check_model(known, measured)
-    if lock:
-        dataset, other = locked(dataset)
-    return Inputs(dataset=dataset, model=known, heldout=other, locked=lock)
+        model, heldout, choices = self.model, self.heldout, self.columns.choices(several=several)
+        facts = {fact: said for fact, said in dataclasses.asdict(self.axis).items() if said is not None}
+        if self.lock and heldout is not None:
+            raise apart("--lock", "--heldout", "either judges instead of blocks")
+        if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
+            allowed = "another one; --lock holds back a part of a single one"
+            raise ArgumentError("--heldout", heldout, allowed, problem="is the measurement itself")
+        if heldout is not None:
+            choices = dataclasses.replace(choices, of_several=True)
+        wanted = self.observe if self.observe is not None or model is None else read_observe(model)
+        with _naming("--observe", "--observe" if self.observe is not None else f"{model}: observe"):
+            dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
+        with _naming("--observe", f"{heldout}: column"):
+            other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
+        known = None if model is None else read_model(model, dataset.units)
+        if known is not None:
+            for measured in (dataset,) if other is None else (dataset, other):
+                check_model(known, measured)
+        if self.lock:
+            dataset, other = locked(dataset)
+        return Inputs(dataset=dataset, model=known, heldout=other, locked=self.lock)
 
 
 @contextmanager

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rtec.cli._console import note, print_json
-from rtec.cli._measured import Inputs, read_inputs
+from rtec.cli._measured import Inputs, MeasuredOptions
 from rtec.cli._parameters import apart
 from rtec.errors import ArgumentError
 
@@ -57,15 +57,15 @@ def refuse_with_several(files: Sequence[Path], **options: object) -> None:
             raise apart(f"--{name}", "several measurements")
 
 
-def read_each(files: Sequence[Path], names: Sequence[str], **how: Any) -> Iterator[tuple[str, Inputs]]:
+def read_each(files: Sequence[Path], names: Sequence[str], measured: MeasuredOptions) -> Iterator[tuple[str, Inputs]]:
     """Yield the name of each file with what is in it, of one quantity in the same units.
 
     Parameters
     ----------
     files, names
         Measurements, and what tells them apart.
-    how
-        As for `rtec.cli._measured.read_inputs`.
+    measured
+        How they are read.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def read_each(files: Sequence[Path], names: Sequence[str], **how: Any) -> Iterat
     """
     first = None
     for name, file in zip(names, files, strict=True):
-        given = read_inputs(file, **how)
+        given = measured.read(file, several=len(files) > 1)
         first = given.dataset if first is None else first
         _refuse_another_quantity(first, given.dataset)
         yield name, given

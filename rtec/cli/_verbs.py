@@ -11,8 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from rtec import __version__
-from rtec.cli._help import help_of, markup_mode
-from rtec.cli._parameters import Verb
+from rtec.cli._groups import verbs_under
 from rtec.errors import RtecError, nearest
 
 VERBS = {
@@ -87,34 +86,20 @@ def _frame(
 
 def application(verbs: Iterable[str] = VERBS) -> typer.Typer:
     """Return the command line with some of its verbs, all by default, in the order in which help lists them."""
-    app = _empty()
-    for name in verbs:
-        module = _module_of(name)
-        if name in _GROUPS:
-            app.add_typer(module.application(Verbs), name=name)
-        else:
-            verb = getattr(module, name)
-            app.command(name, cls=Verb, help=help_of(verb))(verb)
-    return app
+    return verbs_under(_frame, {name: _verb(name) for name in verbs}, Verbs)
+
+
+def _verb(name: str) -> Any:
+    module: Any = import_module(f"rtec.cli.{name}")  # here, so that Ctrl-C while it loads meets the handler
+    return module.application(Verbs) if name in _GROUPS else getattr(module, name)
 
 
 def _listing() -> typer.Typer:
     """Return the command line whose verbs have a line of help only: to load them takes longer than all else."""
-    app = _empty()
+    app = verbs_under(_frame, {}, Verbs)
     for name, does in VERBS.items():
         app.command(name, help=does)(lambda: None)
     return app
-
-
-def _empty() -> typer.Typer:
-    app = typer.Typer(cls=Verbs, name="rtec", rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
-    app.callback(help=help_of(_frame))(_frame)
-    return app
-
-
-def _module_of(verb: str) -> Any:
-    # when it is called for, so that Ctrl-C while it loads meets the handler
-    return import_module(f"rtec.cli.{verb}")
 
 
 def call(words: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, progress
+from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import flag, force, option, whole, whole_number, written
 from rtec.cli._words import EFFECTS, completing
 from rtec.cli.diagnose import show_diagnosis
@@ -22,22 +24,51 @@ if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
     from rtec.effects import Effect, Shape
 
-_SHAPE = "Shape of the effect, where a scan shall not find it"
 _FEWEST_NODES, _MOST_NODES = 2, 1000
-
 _Text = str | None
 
 
-def _shape(name: str, metavar: str, text: str) -> Any:
-    return option(name, metavar, text, panel=_SHAPE)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShapeOptions(OptionGroup):
+    """Options that state the shape of an effect, by the names of its fields."""
 
+    PANEL = "Shape of the effect, where a scan shall not find it"
 
-def _wanted(name: str, text: str) -> Any:
-    return flag(name, text, panel=_SHAPE)
+    period: Annotated[_Text, option("--period", "'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = (
+        None
+    )
+    harmonics: Annotated[int | None, whole("--harmonics", "Of a period.")] = None
+    by_direction: Annotated[bool, flag("--by-direction", "A cyclic error for each direction.")] = False
+    step_at: Annotated[_Text, option("--step-at", "'2 mm'", "Where in its period a cyclic error steps.")] = None
+    nodes: Annotated[
+        _Text, option("--nodes", "N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")
+    ] = None
+    forward_right: Annotated[bool, flag("--forward-right", "A reversal map leaves forward approaches right.")] = False
+    backward_right: Annotated[bool, flag("--backward-right", "The same of backward ones.")] = False
+    runs: Annotated[_Text, option("--runs", "'1, 2, 3'", "With a zero of their own, from that of the first.")] = None
+    distance: Annotated[
+        _Text, option("--distance", "'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
+    ] = None
+    carried: Annotated[bool, flag("--carried", "Wind-up carries over the reversal.")] = False
+    settled: Annotated[bool, flag("--settled", "A log begins wound up by the motion before it.")] = False
+    overshoot: Annotated[
+        _Text, option("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
+    ] = None
+    sensor: Annotated[_Text, option("--sensor", "COLUMN", "Temperature column of what heat does.")] = None
+    lag: Annotated[_Text, option("--lag", "'10 min'", "By which what grows lags behind its sensor.")] = None
+    elsewhere: Annotated[bool, flag("--elsewhere", "Growth is fixed elsewhere than at zero.")] = False
+    time_constant: Annotated[_Text, option("--time-constant", "'30 min'", "Of the warm-up.")] = None
+    moment: Annotated[_Text, option("--moment", "'90 s'", "At which counts were lost.")] = None
+    over: Annotated[_Text, option("--over", "'1 s'", "Time that the loss of counts took.")] = None
+    step: Annotated[_Text, option("--step", "'1 um'", "Of the quantisation.")] = None
+    speed: Annotated[_Text, option("--speed", "'10 mm/s'", "Stribeck speed.")] = None
+
+    def stated(self) -> dict[str, Any]:
+        """Return what the user said."""
+        return {name: said for name, said in asdict(self).items() if said is not None and said is not False}
 
 
 def add(
-    context: typer.Context,
     effect: Annotated[
         str,
         typer.Argument(
@@ -48,48 +79,8 @@ def add(
     ],
     data: _measured.Data,
     output: Annotated[Path, written("-o --output", "M2.toml", "The model with the effect.")],
-    model: _measured.ModelFile = None,
-    heldout: _measured.HeldOut = None,
-    lock: _measured.Lock = False,
-    observe: _measured.Observe = None,
-    screw_pitch: _measured.ScrewPitch = None,
-    scale_signal_period: _measured.SignalPeriod = None,
-    counts_per_rev: _measured.CountsPerRev = None,
-    reference_temperature: _measured.ReferenceTemperature = None,
-    maps: _measured.Maps = None,
-    sheet: _measured.Sheet = None,
-    table: _measured.TableNumber = None,
-    decimal: _measured.Decimal = None,
-    period: Annotated[
-        _Text, _shape("--period", "'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")
-    ] = None,
-    harmonics: Annotated[int | None, whole("--harmonics", "Of a period.", panel=_SHAPE)] = None,
-    by_direction: Annotated[bool, _wanted("--by-direction", "A cyclic error for each direction.")] = False,
-    step_at: Annotated[_Text, _shape("--step-at", "'2 mm'", "Where in its period a cyclic error steps.")] = None,
-    nodes: Annotated[
-        _Text, _shape("--nodes", "N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")
-    ] = None,
-    forward_right: Annotated[
-        bool, _wanted("--forward-right", "A reversal map leaves forward approaches right.")
-    ] = False,
-    backward_right: Annotated[bool, _wanted("--backward-right", "The same of backward ones.")] = False,
-    runs: Annotated[_Text, _shape("--runs", "'1, 2, 3'", "With a zero of their own, from that of the first.")] = None,
-    distance: Annotated[
-        _Text, _shape("--distance", "'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
-    ] = None,
-    carried: Annotated[bool, _wanted("--carried", "Wind-up carries over the reversal.")] = False,
-    settled: Annotated[bool, _wanted("--settled", "A log begins wound up by the motion before it.")] = False,
-    overshoot: Annotated[
-        _Text, _shape("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
-    ] = None,
-    sensor: Annotated[_Text, _shape("--sensor", "COLUMN", "Temperature column of what heat does.")] = None,
-    lag: Annotated[_Text, _shape("--lag", "'10 min'", "By which what grows lags behind its sensor.")] = None,
-    elsewhere: Annotated[bool, _wanted("--elsewhere", "Growth is fixed elsewhere than at zero.")] = False,
-    time_constant: Annotated[_Text, _shape("--time-constant", "'30 min'", "Of the warm-up.")] = None,
-    moment: Annotated[_Text, _shape("--moment", "'90 s'", "At which counts were lost.")] = None,
-    over: Annotated[_Text, _shape("--over", "'1 s'", "Time that the loss of counts took.")] = None,
-    step: Annotated[_Text, _shape("--step", "'1 um'", "Of the quantisation.")] = None,
-    speed: Annotated[_Text, _shape("--speed", "'10 mm/s'", "Stribeck speed.")] = None,
+    measured: _measured.MeasuredOptions,
+    shape: ShapeOptions,
     force: Annotated[bool, force("Write over a file that exists.")] = False,
     seed: _measured.Seed = 0,
     json: _measured.Json = False,
@@ -106,20 +97,13 @@ def add(
 
     what = effect_named(effect)
     with progress(f"adding {effect}") as show:
-        given = _measured.read_inputs(data, **_measured.how(context))
-        shape = shape_from_options(what, _stated(context), given.dataset)
+        given = measured.read(data)
+        wanted = shape_from_options(what, shape.stated(), given.dataset)
         announce_compilation()
         show(0.2)
-        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=shape, seed=seed)
+        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=wanted, seed=seed)
         write_model(output, result.model)
     show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
-
-
-def _stated(context: typer.Context) -> dict[str, Any]:
-    """Return what the user said of the shape, by the name of its field."""
-    shapes = [one.name for one in context.command.params if getattr(one, "rich_help_panel", None) == _SHAPE]
-    said = {name: context.params[name] for name in shapes if name is not None}
-    return {name: value for name, value in said.items() if value is not None and value is not False}
 
 
 def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dataset) -> Shape | None:

@@ -9,8 +9,8 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, print_json
-from rtec.cli._help import help_of, markup_mode
-from rtec.cli._parameters import Verb, force, needs, option, whole, written
+from rtec.cli._groups import verbs_under
+from rtec.cli._parameters import force, needs, option, whole, written
 from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
 
@@ -145,13 +145,9 @@ def reveal(
 
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of the game as one."""
-    app = typer.Typer(cls=group, rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
-    app.callback(help=help_of(frame))(frame)
     from rtec.cli.blind_answers import guess, score
 
-    for verb in (new, measure, guess, reveal, score):
-        app.command(verb.__name__, cls=Verb, help=help_of(verb))(verb)
-    return app
+    return verbs_under(frame, {verb.__name__: verb for verb in (new, measure, guess, reveal, score)}, group)
 
 
 def _show_secret(secret: Secret) -> None:

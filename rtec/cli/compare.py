@@ -17,20 +17,8 @@ if TYPE_CHECKING:
 
 
 def compare(
-    context: typer.Context,
     data: _measured.DataFiles,
-    model: _measured.ModelFile = None,
-    heldout: _measured.HeldOut = None,
-    lock: _measured.Lock = False,
-    observe: _measured.Observe = None,
-    screw_pitch: _measured.ScrewPitch = None,
-    scale_signal_period: _measured.SignalPeriod = None,
-    counts_per_rev: _measured.CountsPerRev = None,
-    reference_temperature: _measured.ReferenceTemperature = None,
-    maps: _measured.Maps = None,
-    sheet: _measured.Sheet = None,
-    table: _measured.TableNumber = None,
-    decimal: _measured.Decimal = None,
+    measured: _measured.MeasuredOptions,
     output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
     force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
     json: _measured.Json = False,
@@ -50,11 +38,10 @@ def compare(
     from rtec.report.diagnosis import comparison_document, comparison_sentence, write_comparison, write_several
 
     names = names_of(data)
-    refuse_with_several(data, heldout=heldout, lock=lock)
-    how = _measured.how(context, several=len(data) > 1)
+    refuse_with_several(data, heldout=measured.heldout, lock=measured.lock)
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:
-        for name, given in read_each(data, names, **how):
+        for name, given in read_each(data, names, measured):
             announce_compilation()
             results[name] = compared(given.dataset, given.model, given.heldout)
             show(0.7 * len(results) / len(data))

@@ -21,20 +21,8 @@ if TYPE_CHECKING:
 
 
 def diagnose(
-    context: typer.Context,
     data: _measured.DataFiles,
-    model: _measured.ModelFile = None,
-    heldout: _measured.HeldOut = None,
-    lock: _measured.Lock = False,
-    observe: _measured.Observe = None,
-    screw_pitch: _measured.ScrewPitch = None,
-    scale_signal_period: _measured.SignalPeriod = None,
-    counts_per_rev: _measured.CountsPerRev = None,
-    reference_temperature: _measured.ReferenceTemperature = None,
-    maps: _measured.Maps = None,
-    sheet: _measured.Sheet = None,
-    table: _measured.TableNumber = None,
-    decimal: _measured.Decimal = None,
+    measured: _measured.MeasuredOptions,
     output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
     save: Annotated[Path | None, written("--save", "MODEL.toml", "Write the model with all effects found.")] = None,
     suggest: Annotated[
@@ -58,17 +46,16 @@ def diagnose(
     from rtec.report.diagnosis import changes_sentence, verdict_sentence
 
     names = names_of(data)
-    refuse_with_several(data, heldout=heldout, lock=lock, save=save, suggest=suggest)
+    refuse_with_several(data, heldout=measured.heldout, lock=measured.lock, save=save, suggest=suggest)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file", problem="is the file of --save")
-    how = _measured.how(context, several=len(data) > 1)
     results: dict[str, Diagnosis] = {}
     with progress(f"diagnosing {', '.join(names)}"[:60]) as show:
 
         def told(share: float) -> None:
             show(0.1 + 0.8 * (len(results) + share) / len(data))
 
-        for name, given in read_each(data, names, **how):
+        for name, given in read_each(data, names, measured):
             announce_compilation()
             told(0.0)
             results[name] = diagnosed(

@@ -11,9 +11,9 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress
-from rtec.cli._help import help_of, markup_mode
+from rtec.cli._groups import verbs_under
 from rtec.cli._image import Hex, as_bad_input
-from rtec.cli._parameters import Verb, default, force, quantity, whole, word, written
+from rtec.cli._parameters import default, force, quantity, whole, word, written
 from rtec.units import FREQUENCY, PS_PER_S
 
 if TYPE_CHECKING:
@@ -205,8 +205,6 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     from rtec.cli.firmware_build import build, copy
     from rtec.cli.firmware_check import check
 
-    app = typer.Typer(cls=group, rich_markup_mode=markup_mode(), pretty_exceptions_enable=False)
-    app.callback(help=help_of(frame))(frame)
     verbs: dict[str, Callable[..., None]] = {
         "run": run,
         "trace": trace,
@@ -216,9 +214,7 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
         "build": build,
         "check": check,
     }
-    for name, verb in verbs.items():
-        app.command(name, cls=Verb, help=help_of(verb))(verb)
-    return app
+    return verbs_under(frame, verbs, group)
 
 
 def _processor(image: Path, part: str, timing: str) -> Mcs51:

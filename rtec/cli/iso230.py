@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json
+from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import flag, folder, force, option
 from rtec.cli._several import names_of
 from rtec.errors import ArgumentError, RtecError
@@ -27,15 +29,45 @@ if TYPE_CHECKING:
     )
     from rtec.report.iso230.sheet import Sheet
 
-_KNOWN = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Known(OptionGroup):
+    """Options that state what is known of the measurement, by the names of `UncertaintyInputs`."""
 
-def _stated(name: str, example: str, text: str) -> Any:
-    return option(name, f"'{example}'", text, panel=_KNOWN)
+    PANEL = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
+
+    device_uncertainty: Annotated[
+        str | None,
+        option(
+            "--device-uncertainty",
+            "'0.5 um/m'",
+            "Of the laser or scale, k = 2, from its certificate; rotary: an angle.",
+        ),
+    ] = None
+    misalignment: Annotated[
+        str | None, option("--misalignment", "'1 mm'", "Sideways distance of beam and axis over the travel.")
+    ] = None
+    temperature_uncertainty: Annotated[
+        str | None, option("--temperature-uncertainty", "'0.5 K'", "Limits ± of the machine's measured temperature.")
+    ] = None
+    expansion: Annotated[
+        str | None, option("--expansion", "'11.7 um/m/K'", "Coefficient that readings were compensated with.")
+    ] = None
+    expansion_uncertainty: Annotated[
+        str | None, option("--expansion-uncertainty", "'2 um/m/K'", "Limits ± of that coefficient.")
+    ] = None
+    off_reference: Annotated[
+        str | None, option("--off-reference", "'3 K'", "Largest difference of the machine from 20 degC in the test.")
+    ] = None
+    eve: Annotated[
+        str | None,
+        option("--eve", "'1.2 um'", "Range of the readings of the axis at rest, over as long as the test took."),
+    ] = None
 
 
 def iso230(
     data: _measured.DataFiles,
+    *,
     output: Annotated[Path | None, folder("-o --output", "Folder of a report: plot, page, PDF.")] = None,
     period: Annotated[
         str | None, option("--period", "'0.25 inch'", "Period of the cyclic error; else the file's screw_pitch.")
@@ -45,37 +77,8 @@ def iso230(
         option("--unit", "UNIT", "um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad."),
     ] = None,
     strict: Annotated[bool, flag("--strict", "Exit with 2, and no figures, where there is a warning.")] = False,
-    device_uncertainty: Annotated[
-        str | None,
-        _stated(
-            "--device-uncertainty",
-            "0.5 um/m",
-            "Of the laser or scale, k = 2, from its certificate; rotary: an angle.",
-        ),
-    ] = None,
-    misalignment: Annotated[
-        str | None, _stated("--misalignment", "1 mm", "Sideways distance of beam and axis over the travel.")
-    ] = None,
-    temperature_uncertainty: Annotated[
-        str | None, _stated("--temperature-uncertainty", "0.5 K", "Limits ± of the machine's measured temperature.")
-    ] = None,
-    expansion: Annotated[
-        str | None, _stated("--expansion", "11.7 um/m/K", "Coefficient that readings were compensated with.")
-    ] = None,
-    expansion_uncertainty: Annotated[
-        str | None, _stated("--expansion-uncertainty", "2 um/m/K", "Limits ± of that coefficient.")
-    ] = None,
-    off_reference: Annotated[
-        str | None, _stated("--off-reference", "3 K", "Largest difference of the machine from 20 degC in the test.")
-    ] = None,
-    eve: Annotated[
-        str | None,
-        _stated("--eve", "1.2 um", "Range of the readings of the axis at rest, over as long as the test took."),
-    ] = None,
-    maps: _measured.Maps = None,
-    sheet: _measured.Sheet = None,
-    table: _measured.TableNumber = None,
-    decimal: _measured.Decimal = None,
+    known: _Known,
+    columns: _measured.ColumnOptions,
     force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
     json: _measured.Json = False,
 ) -> None:
@@ -88,17 +91,8 @@ def iso230(
     from rtec.report.iso230.sheet import sheet_of
     from rtec.report.iso230.terminal import show
 
-    options = {
-        "device_uncertainty": device_uncertainty,
-        "misalignment": misalignment,
-        "temperature_uncertainty": temperature_uncertainty,
-        "expansion": expansion,
-        "expansion_uncertainty": expansion_uncertainty,
-        "off_reference": off_reference,
-        "eve": eve,
-    }
-    given = {name: text for name, text in options.items() if text is not None}
-    choices = _measured.choices_of(maps, sheet, table, decimal, several=len(data) > 1)
+    given = {name: text for name, text in asdict(known).items() if text is not None}
+    choices = columns.choices(several=len(data) > 1)
     names = names_of(data)
     tests = [_judged(path, name, period, given, choices) for path, name in zip(data, names, strict=True)]
     _check_alike(tests)

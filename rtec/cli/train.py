@@ -43,8 +43,8 @@ def _budget(said: str) -> float:
 
 
 def train(
-    context: typer.Context,
     data: _measured.Data,
+    *,
     heldout: Annotated[
         Path | None, option("--heldout", "FILE", "Another measurement that judges, best at other targets.")
     ] = None,
@@ -69,10 +69,7 @@ def train(
     ] = False,
     screw_pitch: _measured.ScrewPitch = None,
     counts_per_rev: _measured.CountsPerRev = None,
-    maps: _measured.Maps = None,
-    sheet: _measured.Sheet = None,
-    table: _measured.TableNumber = None,
-    decimal: _measured.Decimal = None,
+    columns: _measured.ColumnOptions,
     seed: Annotated[int, whole("--seed", "Draws what is held out, and the first weights.", low=0)] = 0,
     force: Annotated[bool, force("Write over files that exist.")] = False,
     json: _measured.Json = False,
@@ -91,7 +88,8 @@ def train(
     from rtec.training import compare_predictors
 
     with progress(f"training on {data.name}") as show:
-        given = _measured.read_inputs(data, **_measured.how(context))
+        axis = _measured.AxisOptions(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
+        given = _measured.MeasuredOptions(heldout=heldout, axis=axis, columns=columns).read(data)
         announce_compilation()
         result = compare_predictors(
             given.dataset,
