@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rtec.cli._check_options import Options
+from rtec.cli._check_options import ContractOptions, Options, RunnerOptions
 from rtec.cli._parameters import apart
 from rtec.conformance.contract import Contract
 from rtec.errors import ArgumentError, meant
@@ -76,9 +76,9 @@ def choose(options: Options) -> Chosen:
 def _python(options: Options, file: Path, name: str) -> Chosen:
     from rtec.conformance.python_class import PythonClass
 
-    _refuse_others(options, "Python")
-    contract = _contract(options)
-    algorithm = PythonClass(file, name, clock_ps=options.clock_ps)
+    _refuse_others(options.runner, "Python")
+    contract = _contract(options.contract)
+    algorithm = PythonClass(file, name, clock_ps=options.runner.clock_ps)
 
     def note() -> str:
         return f"runs as plain Python, slower: {algorithm.note}" if algorithm.note else ""
@@ -90,14 +90,14 @@ def _verilog(options: Options) -> Chosen:
     from rtec.conformance.verilog import VerilogAlgorithm
     from rtec.conformance.verilog_pins import Pins
 
-    _refuse_others(options, "Verilog")
-    if options.clock_ps is None:
+    _refuse_others(options.runner, "Verilog")
+    if options.runner.clock_ps is None:
         raise ArgumentError("--clock", None, "the frequency of the module's clock, such as 50MHz")
-    if options.pins is None:
+    if options.runner.pins is None:
         raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
-    contract, pins = _contract(options), Pins.read(options.pins)
+    contract, pins = _contract(options.contract), Pins.read(options.runner.pins)
     algorithm = VerilogAlgorithm(
-        Path(options.algorithm), pins=pins, clock_ps=options.clock_ps, simulator=options.simulator
+        Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps, simulator=options.runner.simulator
     )
     return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
 
@@ -109,17 +109,17 @@ def _machine_code(options: Options) -> Chosen:
     from rtec.campaign.firmware_check_bench import Bench
     from rtec.cli._image import as_bad_input, with_part
 
-    _refuse_others(options, "machine code")
-    if options.design is None:
+    _refuse_others(options.runner, "machine code")
+    if options.contract.design is None:
         allowed = f"the design whose circuits stand around the processor: one of {', '.join(_DESIGNS)}"
         raise ArgumentError("--design", None, allowed)
-    contract = _contract(options)
-    chip = with_part(options.processor or Microcontroller.named("8051-12mhz"), options.part)
+    contract = _contract(options.contract)
+    chip = with_part(options.runner.processor or Microcontroller.named("8051-12mhz"), options.runner.part)
     with as_bad_input():
         image = read_hex(Path(options.algorithm))
-        bench = Bench(options.design, chip, image, hold_latch=options.hold_latch is not False)
+        bench = Bench(options.contract.design, chip, image, hold_latch=options.runner.hold_latch is not False)
         algorithm = Firmware(bench)
-    if options.delay_ps is None:
+    if options.contract.delay_ps is None:
         contract = replace(contract, delay_ps=max(contract.delay_ps, algorithm.delay_ps))
     return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=_nothing)
 
@@ -128,17 +128,17 @@ def _built_in(options: Options) -> Chosen:
     from rtec.conformance.built_in import BuiltIn
     from rtec.injector import InjectorSettings, Processor, RealEdges, Timing
 
-    _refuse_others(options, "a design of rtec")
+    _refuse_others(options.runner, "a design of rtec")
     design = Design.named(options.algorithm)
     for name in ("design", "step_counts", "states"):
-        if getattr(options, name) is not None:
+        if getattr(options.contract, name) is not None:
             raise apart(name, f"the design {design.value}", "a design of rtec has its own contract")
     settings = InjectorSettings(
         design=design,
-        timing=Timing.of(design, options.timing or Processor.FAST),
-        real_edges=options.real_edges or RealEdges.HOLD,
+        timing=Timing.of(design, options.runner.timing or Processor.FAST),
+        real_edges=options.runner.real_edges or RealEdges.HOLD,
     )
-    contract = _contract(replace(options, design=design))
+    contract = _contract(replace(options.contract, design=design))
     return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract, note=_nothing)
 
 
@@ -146,7 +146,7 @@ def _nothing() -> str:
     return ""
 
 
-def _refuse_others(options: Options, kind: str) -> None:
+def _refuse_others(options: RunnerOptions, kind: str) -> None:
     """Refuse options that mean nothing for this kind of algorithm."""
     for name in dict.fromkeys(name for names in _OF_KIND.values() for name in names):
         if name not in _OF_KIND[kind] and getattr(options, name) is not None:
@@ -154,7 +154,7 @@ def _refuse_others(options: Options, kind: str) -> None:
             raise ArgumentError(name, "", f"it for {others}", problem=f"means nothing for {kind}")
 
 
-def _contract(options: Options) -> Contract:
+def _contract(options: ContractOptions) -> Contract:
     said = {name: getattr(options, name) for name in _LIMITS}
     limits: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
     if options.design is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,41 +12,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._check_options import Options
-from rtec.cli._kinds import Clock, Design, Microcontroller, Processor, RealEdges, States, Stream
+from rtec.cli._check_options import ContractOptions, Options, RunnerOptions
+from rtec.cli._groups import OptionGroup
+from rtec.cli._kinds import Stream
 from rtec.cli._motion import AskedMotion, motion
-from rtec.cli._parameters import (
-    apart,
-    design,
-    flag,
-    force,
-    member,
-    named,
-    option,
-    processor,
-    quantity,
-    said,
-    share,
-    time_ps,
-    whole,
-    word,
-    written,
-)
-from rtec.cli._words import PROCESSORS, completing, files_ending
+from rtec.cli._parameters import apart, force, named, said, whole, written
 from rtec.io import FIGURES
-from rtec.units import FREQUENCY, SWEEP
 
 if TYPE_CHECKING:
     from rtec.cli._check_algorithm import Chosen
     from rtec.conformance.results import Verdict
     from rtec.conformance.trials import Run
-
-_CONTRACT, _DOOR, _OUTPUT = "The contract", "What runs it", "Output"
-
-
-def _algorithms(incomplete: str) -> list[str]:
-    files = files_ending(".py", ".v", ".sv", ".ihx", ".hex")
-    return [*completing(("original", "a", "b", "c"))(incomplete), *files(incomplete)]
 
 
 def again(algorithm: str, words: list[str], stream: object) -> str:
@@ -62,93 +38,27 @@ def again(algorithm: str, words: list[str], stream: object) -> str:
     return shlex.join(["rtec", "check", name, *words, "--stream", str(stream)])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Files(OptionGroup):
+    """Options that name the files to be written."""
+
+    PANEL = "Output"
+
+    figure: Annotated[
+        Path | None,
+        written("--figure", "FILE.png", "Draw the worst case, or the stream that was played.", endings=FIGURES),
+    ] = None
+    margin_figure: Annotated[
+        Path | None, written("--margin-figure", "FILE.png", "Draw what it does at which frequency.", endings=FIGURES)
+    ] = None
+    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.")] = None
+    force: Annotated[bool, force("Write over files that exist.")] = False
+
+
 def check(
     context: typer.Context,
-    algorithm: Annotated[
-        str,
-        typer.Argument(
-            metavar="ALGORITHM",
-            autocompletion=_algorithms,
-            help="file.py:Name, top.v, image.ihx, or original, a, b, c for a design of rtec.",
-            show_default=False,
-        ),
-    ],
-    design: Annotated[Design | None, design("Takes step and states from a known design.", panel=_CONTRACT)] = None,
-    step_counts: Annotated[int | None, whole("--step", "Counts of one step.", low=1, panel=_CONTRACT)] = None,
-    states: Annotated[
-        States | None,
-        named(
-            "--states",
-            "rtec.conformance.contract:states_of",
-            "00|00,11|all",
-            "Levels of A and B in which it inserts at rest; all.",
-            panel=_CONTRACT,
-        ),
-    ] = None,
-    frequency_hz: Annotated[
-        float | None,
-        quantity("--frequency", FREQUENCY, "500kHz", "Up to here every count is right; 500 kHz.", panel=_CONTRACT),
-    ] = None,
-    acceleration_hz_s: Annotated[
-        float | None,
-        quantity("--acceleration", SWEEP, "'100 MHz/s'", "Of that frequency; 100 MHz/s.", panel=_CONTRACT),
-    ] = None,
-    jitter: Annotated[
-        float | None, share("--jitter", "10%", "Of the distance of two edges there; 10%.", panel=_CONTRACT)
-    ] = None,
-    separation_ps: Annotated[
-        int | None, time_ps("--separation", "60ns", "Between changes at the controller; 60 ns.", panel=_CONTRACT)
-    ] = None,
-    delay_ps: Annotated[
-        int | None,
-        time_ps(
-            "--delay", "50us", "For so long a count may be wrong; 50 us, of firmware five readings.", panel=_CONTRACT
-        ),
-    ] = None,
-    clock_ps: Annotated[
-        Clock | None,
-        named(
-            "--clock",
-            "rtec.conformance.verilog:clock_of",
-            "50MHz",
-            "Verilog's clock; a Python class then sees ticks only.",
-            panel=_DOOR,
-        ),
-    ] = None,
-    pins: Annotated[Path | None, option("--pins", "P.toml", "Which port of the module is what.", panel=_DOOR)] = None,
-    simulator: Annotated[
-        str | None,
-        option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.", panel=_DOOR),
-    ] = None,
-    processor: Annotated[
-        Microcontroller | None, processor(f"For machine code: {', '.join(PROCESSORS)}.", panel=_DOOR)
-    ] = None,
-    part: Annotated[str | None, word("--part", "8051|8052", "For machine code.", panel=_DOOR)] = None,
-    hold_latch: Annotated[
-        bool | None,
-        flag(
-            "--hold-latch/--no-hold-latch",
-            "Machine code: P1.7 works a latch that holds real edges back; it does if not said.",
-            panel=_DOOR,
-            show_default=False,
-        ),
-    ] = None,
-    timing: Annotated[
-        Processor | None,
-        member(
-            "--timing", "rtec.injector:Processor", "8051|fast", "What works in a design of rtec; fast.", panel=_DOOR
-        ),
-    ] = None,
-    real_edges: Annotated[
-        RealEdges | None,
-        member(
-            "--real-edges",
-            "rtec.injector:RealEdges",
-            "hold|merge",
-            "What a design of rtec does with them; hold.",
-            panel=_DOOR,
-        ),
-    ] = None,
+    options: Options,
+    *,
     motion: Annotated[AskedMotion | None, motion("One more check, a step at each phase")] = None,
     tries: Annotated[int, whole("--tries", "Streams of the hunt.", low=16, high=10_000_000)] = 3000,
     seed: Annotated[int, whole("--seed", "Of the hunt and the adversary.", low=0)] = 0,
@@ -161,24 +71,7 @@ def check(
             "Play one stream only, as a failed check prints it.",
         ),
     ] = None,
-    figure: Annotated[
-        Path | None,
-        written(
-            "--figure",
-            "FILE.png",
-            "Draw the worst case, or the stream that was played.",
-            endings=FIGURES,
-            panel=_OUTPUT,
-        ),
-    ] = None,
-    margin_figure: Annotated[
-        Path | None,
-        written(
-            "--margin-figure", "FILE.png", "Draw what it does at which frequency.", endings=FIGURES, panel=_OUTPUT
-        ),
-    ] = None,
-    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.", panel=_OUTPUT)] = None,
-    force: Annotated[bool, force("Write over files that exist.", panel=_OUTPUT)] = False,
+    files: _Files,
     json: _measured.Json = False,
 ) -> None:
     """Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.
@@ -192,39 +85,31 @@ def check(
     """
     from rtec.cli._check_algorithm import choose
 
-    options = Options(
-        algorithm=algorithm, design=design, step_counts=step_counts, states=states, frequency_hz=frequency_hz,
-        acceleration_hz_s=acceleration_hz_s, jitter=jitter, separation_ps=separation_ps, delay_ps=delay_ps,
-        clock_ps=clock_ps, pins=pins, simulator=simulator, processor=processor, part=part, hold_latch=hold_latch,
-        timing=timing, real_edges=real_edges,
-    )  # fmt: skip
-    words = said(context, *(name for name in Options.__dataclass_fields__ if name != "algorithm"))
-    files = _Files(figure=figure, vcd=vcd, margin=margin_figure, json=json)
-    if stream is not None and margin_figure is not None:
+    words = said(context, *(item.name for group in (ContractOptions, RunnerOptions) for item in fields(group)))
+    if stream is not None and files.margin_figure is not None:
         raise apart("--margin-figure", "--stream", "one stream has no margin")
     if stream is not None and motion is not None:
         raise apart("--motion", "--stream", "a stream has its own motion")
     chosen = choose(options)
     with closing(chosen.algorithm):
         if stream is not None:
-            passed = _play(words, chosen, stream, files)
+            passed = _play(words, chosen, stream, files, as_json=json)
         else:
-            passed = _hold(words, chosen, motion, tries, seed, files)
+            passed = _hold(words, chosen, motion, tries, seed, files, as_json=json)
     if not passed:
         raise typer.Exit(1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Files:
-    """What is to be written, and whether the result is a JSON document."""
-
-    figure: Path | None
-    vcd: Path | None
-    margin: Path | None
-    json: bool
-
-
-def _hold(words: list[str], chosen: Chosen, motion: AskedMotion | None, tries: int, seed: int, files: _Files) -> bool:
+def _hold(
+    words: list[str],
+    chosen: Chosen,
+    motion: AskedMotion | None,
+    tries: int,
+    seed: int,
+    files: _Files,
+    *,
+    as_json: bool,
+) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
     from rtec.conformance.motions import motion_cases
     from rtec.conformance.suite import check_algorithm
@@ -237,8 +122,8 @@ def _hold(words: list[str], chosen: Chosen, motion: AskedMotion | None, tries: i
             chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
         )
     worst = None if verdict.worst is None else again(chosen.word, words, verdict.worst.case.stream)
-    made = _write(verdict.worst, verdict.algorithm, files) | _write_margin(verdict, files.margin)
-    if files.json:
+    made = _write(verdict.worst, verdict.algorithm, files) | _write_margin(verdict, files.margin_figure)
+    if as_json:
         _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | made)
     else:
         show(verdict, worst, chosen.note())
@@ -261,7 +146,7 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
     return {"margin_figure": str(file)}
 
 
-def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files) -> bool:
+def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files, *, as_json: bool) -> bool:
     from rtec.conformance.trials import Case, Trials
 
     must_finish = stream.final_state in chosen.contract.states
@@ -271,7 +156,7 @@ def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files) -> bo
     violation = run.judgement.violation
     reason = "every count right" if violation is None else str(violation)
     made = _write(run, chosen.algorithm.name, files)
-    if files.json:
+    if as_json:
         seen = {
             "algorithm": chosen.algorithm.name,
             "passed": run.right,
