@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar, get_type_hints
+from typing import Any, ClassVar
 
 import typer
 from typer.core import TyperGroup
@@ -33,11 +33,11 @@ def verbs_under(
         if isinstance(verb, typer.Typer):
             app.add_typer(verb, name=name)
         else:
-            app.command(name, cls=Verb, help=help_of(verb))(_taken_apart(verb))
+            app.command(name, cls=Verb, help=help_of(verb))(taken_apart(verb))
     return app
 
 
-def _taken_apart(verb: Callable[..., Any]) -> Callable[..., Any]:
+def taken_apart(verb: Callable[..., Any]) -> Callable[..., Any]:
     """Return a verb that takes each option by itself, as typer wants it, in place of its groups of options."""
 
     def called(**given: Any) -> Any:
@@ -50,7 +50,7 @@ def _taken_apart(verb: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _parameters(of: Callable[..., Any], panel: str | None) -> Iterator[inspect.Parameter]:
-    hints = get_type_hints(of, include_extras=True)
+    hints = _annotations(of)
     for one in inspect.signature(of).parameters.values():
         hint = hints[one.name]
         if _is_group(hint):
@@ -61,8 +61,13 @@ def _parameters(of: Callable[..., Any], panel: str | None) -> Iterator[inspect.P
         yield one.replace(annotation=hint, kind=inspect.Parameter.KEYWORD_ONLY)
 
 
+def _annotations(of: Callable[..., Any]) -> dict[str, Any]:
+    """Return what parameters or fields are annotated with; its names are those of the module, not of the class."""
+    return inspect.get_annotations(of, locals={}, eval_str=True)
+
+
 def _put_together(of: Callable[..., Any], given: Mapping[str, Any]) -> Any:
-    kinds = get_type_hints(of)
+    kinds = _annotations(of)
     return of(
         **{
             name: _put_together(kinds[name], given) if _is_group(kinds[name]) else given[name]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import shutil
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rtec.cli import _console
+from rtec.cli._groups import OptionGroup
+from rtec.cli._parameters import choice, force, option, written
 from rtec.errors import OutputError
+from rtec.io import FIGURES
 
 if TYPE_CHECKING:
     from rtec.machine import OpenPath
@@ -20,53 +23,52 @@ if TYPE_CHECKING:
 
 LARGE_BYTES = 10**9
 """Above this a waveform file is not written without a word."""
-_LEVELS = ("00", "10", "11", "01")
+LEVELS = ("00", "10", "11", "01")
 
 
-@dataclass(slots=True, kw_only=True)
-class Seen:
-    """What the user wants to see of a run.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen(OptionGroup):
+    """What the user wants to see of a run."""
 
-    Parameters
-    ----------
-    figure, vcd
-        Files, or None.
-    state
-        The encoder's state 1..4 at the insertion of the figure, or None for the first one.
-    force
-        Whether files may be overwritten, and large.
-    """
+    PANEL = "Output"
 
-    figure: Path | None
-    state: int | None
-    vcd: Path | None
-    force: bool
-    stretch: Stretch | None = field(init=False, default=None)
+    figure: Annotated[
+        Path | None,
+        written("--figure", "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf.", endings=FIGURES),
+    ] = None
+    figure_state: Annotated[
+        int | None,
+        option(
+            "--figure-state",
+            "00|10|11|01",
+            "A and B when it begins; the first insertion without it.",
+            read=lambda said: LEVELS.index(choice(said, LEVELS, name="--figure-state")) + 1,
+        ),
+    ] = None
+    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")] = None
+    force: Annotated[bool, force("Overwrite files; write a VCD above 1 GB.")] = False
 
-    def check(self, path: OpenPath) -> None:
-        """Ask about what is large, and get ready to look.
+    def check(self, path: OpenPath) -> Stretch | None:
+        """Ask about what is large; return what looks for an insertion, if one is to be drawn.
 
         Raises
         ------
         OutputError
             A large file that nobody has agreed to.
         """
-        if self.figure is not None:
-            from rtec.machine.stretch import Stretch
+        from rtec.machine.stretch import Stretch
 
-            self.stretch = Stretch(self.state)
-        if self.vcd is None:
-            return
-        if not self.force and (self.vcd.is_file() or not self.vcd.exists()):  # a pipe fills no disk
-            _agree_to_size(self.vcd, path)
+        if self.vcd is not None and not self.force and (self.vcd.is_file() or not self.vcd.exists()):
+            _agree_to_size(self.vcd, path)  # a pipe fills no disk
+        return None if self.figure is None else Stretch(self.figure_state)
 
-    def written(self, path: OpenPath) -> dict[str, str | None]:
+    def written(self, path: OpenPath, stretch: Stretch | None) -> dict[str, str | None]:
         """Draw the figure; return the files by their names, None for one that there is nothing to show in."""
         files: dict[str, str | None] = {} if self.vcd is None else {"vcd": str(self.vcd)}
-        if self.figure is None or self.stretch is None:
+        if self.figure is None or stretch is None:
             return files
-        if self.stretch.found is None:
-            _console.note(f"{self.figure} not written: {_why_not(self.stretch, self.state, path)}")
+        if stretch.found is None:
+            _console.note(f"{self.figure} not written: {_why_not(stretch, self.figure_state, path)}")
             return files | {"figure": None}
         from rtec.readable import hertz_text
         from rtec.report.figures_simulate import insertion_figure
@@ -75,7 +77,7 @@ class Seen:
         design, processor = path.injector.design, path.microcontroller
         works = "" if processor is None else f", {processor.name}"
         name = f"{design.title}{works}, {hertz_text(path.frequency_hz)}"
-        write_figure(partial(insertion_figure, self.stretch.found, name, design.step_counts), self.figure)
+        write_figure(partial(insertion_figure, stretch.found, name, design.step_counts), self.figure)
         return files | {"figure": str(self.figure)}
 
 
@@ -99,9 +101,9 @@ def _why_not(stretch: Stretch, state: int | None, path: OpenPath) -> str:
     seen = {number: times for number, times in stretch.seen_in.items() if times}
     if not seen or state is None:
         return "the box has inserted nothing"
-    begun = ", ".join(f"{_LEVELS[number - 1]} ({times} times)" for number, times in seen.items())
+    begun = ", ".join(f"{LEVELS[number - 1]} ({times} times)" for number, times in seen.items())
     hint = ""
     if not path.injector.design.one_state:
         usual = max(seen, key=lambda number: seen[number])
         hint = f"; try --home-state {(path.encoder.home_state + state - usual) % 4}"
-    return f"no insertion began in state {_LEVELS[state - 1]} but in {begun}{hint}"
+    return f"no insertion began in state {LEVELS[state - 1]} but in {begun}{hint}"

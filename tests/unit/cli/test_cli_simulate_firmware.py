@@ -7,6 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from rtec.cli._groups import taken_apart
 from rtec.cli.simulate import simulate
 from rtec.errors import ArgumentError
 
@@ -15,7 +16,7 @@ SIMULATE = ["--design", "c", "--frequency", "5kHz", "--cycles", "400", "--correc
 
 def run(verb, *words):
     app = typer.Typer()
-    app.command()(verb)
+    app.command()(taken_apart(verb))
     return CliRunner().invoke(app, list(words))
 
 
