@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 from firmware_model import FirmwareError, Image, read_hex
-from rtec.axis.motion import MotionKind
 from rtec.board import MICROCONTROLLERS, Microcontroller
 from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_gate import Gate, gate_of
@@ -122,7 +121,9 @@ class EnvelopeRow:
 
     Parameters
     ----------
-    design, processor, clock_hz
+    plan
+        By which it was found.
+    design, processor
         What was on the board.
     max_safe_hz
         Largest safe frequency of the encoder's square waves; 0.0 where there is none.
@@ -138,17 +139,11 @@ class EnvelopeRow:
         Period of the waiting loop; None for a program that passes the lines on.
     trials
         Made in all.
-    exhaustive
-        Whether a whole reading was swept clock by clock at the limit.
-    jitter_ps, hold_latch
-        As of the plan.
-    motion
-        In which the axis moved; None in the envelope's own trials.
     """
 
+    plan: EnvelopePlan
     design: Design
-    processor: str
-    clock_hz: int
+    processor: Microcontroller
     max_safe_hz: float
     limited_by: Mechanism
     failing: FailingTrial | None
@@ -156,10 +151,6 @@ class EnvelopeRow:
     speeds: Speeds
     loop_cycles: int | None
     trials: int
-    exhaustive: bool
-    jitter_ps: int
-    hold_latch: bool
-    motion: MotionKind | None = None
 
     @property
     def checked_to_hz(self) -> float | None:
@@ -188,12 +179,12 @@ class EnvelopeRow:
 
     def to_dict(self) -> dict[str, object]:
         """Return the row as plain data under the names that scripts rely on."""
-        gate, speeds = self.gate, self.speeds
+        plan, gate, speeds = self.plan, self.gate, self.speeds
         acceleration = None if gate is None else gate.max_acceleration_counts_s2
         return {
             "design": self.design.value,
-            "processor": self.processor,
-            "clock_hz": self.clock_hz,
+            "processor": self.processor.name,
+            "clock_hz": self.processor.clock_hz,
             "max_safe_hz": self.max_safe_hz,
             "limited_by": self.limited_by.value,
             "reaches_500khz": self.reaches_500khz,
@@ -213,10 +204,10 @@ class EnvelopeRow:
             "failing": None if self.failing is None else asdict(self.failing),
             "waiting_loop_cycles": self.loop_cycles,
             "trials": self.trials,
-            "sweep": "exhaustive" if self.exhaustive else "short",
-            "jitter_ps": self.jitter_ps,
-            "hold_latch": self.hold_latch,
-            "motion": None if self.motion is None else self.motion.value,
+            "sweep": "exhaustive" if plan.exhaustive else "short",
+            "jitter_ps": plan.jitter_ps,
+            "hold_latch": plan.hold_latch,
+            "motion": None if plan.motion is None else plan.motion.kind.value,
         }
 
 
@@ -282,9 +273,9 @@ def _row(
     if not plan.nothing_owed:
         speeds = speeds_of(stand, trials, limit.safe, gate, GOAL_HZ)
     return EnvelopeRow(
+        plan=plan,
         design=design,
-        processor=processor.name,
-        clock_hz=processor.clock_hz,
+        processor=processor,
         max_safe_hz=limit.safe,
         limited_by=limited_by,
         failing=None if limit.failure is None else _named(limit.failure),
@@ -292,9 +283,6 @@ def _row(
         speeds=speeds,
         loop_cycles=trials.loop_cycles if isinstance(trials, Bursts) and trials.armed else None,
         trials=stand.trials,
-        exhaustive=plan.exhaustive,
-        jitter_ps=plan.jitter_ps,
-        hold_latch=plan.hold_latch,
     )
 
 
@@ -319,12 +307,17 @@ def _row_in_motion(
         at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
         failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
     return EnvelopeRow(
-        design=design, processor=processor.name, clock_hz=processor.clock_hz,
+        plan=plan,
+        design=design,
+        processor=processor,
         max_safe_hz=speeds.frequencies.max_passing_hz,
-        limited_by=Mechanism.NO_ANSWER if found is None else found.limited_by, failing=failing, gate=None,
-        speeds=speeds, loop_cycles=None, trials=0 if found is None else found.trials, exhaustive=False, jitter_ps=0,
-        hold_latch=plan.hold_latch, motion=motion.kind,
-    )  # fmt: skip
+        limited_by=Mechanism.NO_ANSWER if found is None else found.limited_by,
+        failing=failing,
+        gate=None,
+        speeds=speeds,
+        loop_cycles=None,
+        trials=0 if found is None else found.trials,
+    )
 
 
 def _limit(stand: Stand, trials: Bursts | Streams, exhaustive: bool) -> Limit[Failure]:

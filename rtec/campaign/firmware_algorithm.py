@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from rtec.board.board import PUBLICATIONS, WINDOW_STEPS
 from rtec.campaign import firmware_check_answers as handshake
-from rtec.campaign.firmware_check_bench import Bench, BenchState
+from rtec.campaign.firmware_check_bench import Bench, BenchState, Given
 from rtec.campaign.firmware_check_contract import DOUBT, FATAL, MESSAGES, Failed
-from rtec.campaign.firmware_check_motion import Given
 from rtec.campaign.firmware_run_kernels import play_runs
 from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.signal import EdgeStream

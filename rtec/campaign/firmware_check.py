@@ -19,8 +19,7 @@ from rtec.campaign import firmware_check_answers as handshake
 from rtec.campaign.firmware_algorithm import START, Firmware
 from rtec.campaign.firmware_check_bench import Bench, BenchState
 from rtec.campaign.firmware_check_contract import Failed
-from rtec.campaign.firmware_check_pins import pins
-from rtec.campaign.firmware_check_reset import resets
+from rtec.campaign.firmware_check_pins import pins, resets
 from rtec.campaign.firmware_check_results import Check, FirmwareVerdict, Moment, Seen, Trace
 from rtec.campaign.firmware_check_trace import insertions, trace_of
 from rtec.checks import number_within, whole_within

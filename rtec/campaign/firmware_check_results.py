@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,10 @@ from numpy.typing import NDArray
 
 from rtec.conformance.results import Verdict
 from rtec.injector import Design, Totals
-from rtec.signal import EdgeStream
+from rtec.injector.waves import rows_of_streams, write_waves
+from rtec.signal import EdgeStream, VcdSignal
+
+_PINS = ("P1_0", "P1_1", "P1_2", "P1_3", "P1_4", "P1_5", "P1_6", "P1_7")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +88,33 @@ class Trace:
     zero_ps: int
     mark_ps: int | None
     cycle_ps: float
+
+    def write(self, file: Path) -> None:
+        """Write both sides of the box, totals, insertions and the pins of port 1, in time since power-up.
+
+        Parameters
+        ----------
+        file
+            The file; one that exists is overwritten.
+
+        Raises
+        ------
+        OutputError
+            It cannot be written.
+        """
+        levels = np.concatenate([[self.initial_pins], self.pin_levels])
+        beside = []
+        for bit, name in enumerate(_PINS):
+            at = np.flatnonzero(np.diff(levels >> bit & 1)) + 1
+            signal = VcdSignal(scope="P1", name=name, initial=self.initial_pins >> bit & 1)
+            beside.append((signal, self.pin_times_ps[at - 1], levels[at] >> bit & 1))
+        mark_ps = np.array([] if self.mark_ps is None else [self.mark_ps], np.int64)
+        beside.append((VcdSignal(scope="check", name="failed"), mark_ps, np.ones(mark_ps.size, np.int64)))
+        rows = rows_of_streams(
+            self.encoder, self.controller, self.requested, self.completed, inserted=self.insertions_ps
+        )
+        initial = self.encoder.initial, self.controller.initial
+        write_waves(file, rows, initial=initial, end_ps=self.to_ps, beside=beside)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,8 +14,6 @@ from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.checks import whole_within
 from rtec.injector import Design
 from rtec.jobs import JobPool
-from rtec.requester.status import Status
-from rtec.requester.supervision import HoldReason
 from rtec.units import PS_PER_MS, PS_PER_S
 
 LATE_S = 0.25
@@ -234,18 +232,11 @@ def judged(
     """Return what a run shows beside its fault-free twin."""
     fired = cell.fired[0]
     axes, healthy = cell.monitored, twin.monitored
-    stops = [axis for axis in axes if axis.stop_ps is not None]
+    stop = cell.stop(fired.first_ps)
     off = max(0.0, *(axis.worst_counts - other.worst_counts for axis, other in zip(axes, healthy, strict=True)))
     late_s = max(0.0, *(axis.late_s - other.late_s for axis, other in zip(axes, healthy, strict=True)))
-    stopped_by, reason, detected_s = Stopper.NOBODY, "", None
-    if stops:
-        first = min(stops, key=lambda axis: axis.stop_ps or 0)
-        stopped_by, reason = first.stopped_by, reason_of(axes, first)
-        if fired.first_ps is not None:
-            detected_s = max(0.0, ((first.stop_ps or 0) - fired.first_ps) / PS_PER_S)
+    if stop.by is not Stopper.NOBODY:
         outcome = Outcome.SAFE_STOP
-    elif not cell.running:
-        stopped_by, reason, outcome = Stopper.HOMING, "the axis is not let go", Outcome.SAFE_STOP
     elif any(is_wrong(axis, other) for axis, other in zip(axes, healthy, strict=True)):
         outcome = Outcome.UNDETECTED
     elif off > 1.0 or late_s > 5 * PS_PER_MS / PS_PER_S:
@@ -254,7 +245,7 @@ def judged(
         outcome = Outcome.TOLERATED
     return Trial(
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
-        stopped_by=stopped_by, reason=reason, detected_s=detected_s, off_counts=off,
+        stopped_by=stop.by, reason=stop.reason, detected_s=stop.detected_s, off_counts=off,
         left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
         drift_counts=max((axis.drift_counts for axis in axes), key=abs),
         following_counts=max(
@@ -269,36 +260,3 @@ def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:
     total = abs(axis.asked_counts) > axis.bound_counts
     pending = axis.pending_steps != 0 and twin.pending_steps == 0
     return counts or total or pending or axis.wrong_s > twin.wrong_s + LATE_S or axis.checks == 0
-
-
-def reason_of(axes: Sequence[MonitoredAxis], first: MonitoredAxis) -> str:
-    """Return who stopped the machine and why; what only follows from that is passed over."""
-    if first.stopped_by is Stopper.CONTROLLER:
-        return f"controller: {_words(first.alarm)}"
-    for axis in axes:
-        if axis.box_status in _OWN_REASONS:
-            return f"box: {_words(axis.box_status)}"
-    for axis in axes:
-        if axis.pc_reason not in (HoldReason.NONE, HoldReason.OTHER_AXIS):
-            return f"PC: {_words(axis.pc_reason)}"
-    return "box: not homed" if first.stopped_by is Stopper.HOMING else "box: no power"
-
-
-_OWN_REASONS = (
-    Status.I_STILL_DONT_BELIEVE_YOU,
-    Status.LINK_LOST,
-    Status.AXIS_TAKEN,
-    Status.IMPLAUSIBLE,
-    Status.ENCODER_FAULT,
-)
-
-
-def _words(code: enum.IntEnum) -> str:
-    """Return a code in words.
-
-    Examples
-    --------
-    >>> _words(HoldReason.BOX_SILENT)
-    'box silent'
-    """
-    return code.name.lower().replace("_", " ")

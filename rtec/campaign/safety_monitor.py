@@ -99,6 +99,21 @@ class MonitoredAxis:
     step_counts: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stop:
+    """Who stopped the machine first, and why, in words; nobody, and nothing, where it was not stopped.
+
+    Parameters
+    ----------
+    detected_s
+        From the first effect of a fault to the stop; None: not stopped, or before the axis was let go.
+    """
+
+    by: Stopper = Stopper.NOBODY
+    reason: str = ""
+    detected_s: float | None = None
+
+
 class MonitoredCell(Cell):
     """A machine with faults whose counts are looked at every millisecond.
 
@@ -195,6 +210,16 @@ class MonitoredCell(Cell):
         """Return what came of every axis so far."""
         return tuple(self._monitored_axis(i) for i in range(len(self.settings)))
 
+    def stop(self, fired_ps: int | None) -> Stop:
+        """Return who has stopped the machine; ``fired_ps`` is when a fault first took effect, None where none has."""
+        axes = self.monitored
+        stops = [axis for axis in axes if axis.stop_ps is not None]
+        if not stops:
+            return Stop() if self.running else Stop(by=Stopper.HOMING, reason="the axis is not let go")
+        first = min(stops, key=lambda axis: axis.stop_ps or 0)
+        detected_s = None if fired_ps is None else max(0.0, ((first.stop_ps or 0) - fired_ps) / PS_PER_S)
+        return Stop(by=first.stopped_by, reason=_reason_of(axes, first), detected_s=detected_s)
+
     def _monitored_axis(self, i: int) -> MonitoredAxis:
         state, pc, record = self._stations[i], self._pcs[i], self._monitors[i]
         injector, box = state.injector, state.node.box
@@ -262,3 +287,36 @@ def _slope(predictor: Predictor) -> float:
         errors_mm = predictor.error_mm(grid_mm, direction)
         steepest = max(steepest, float(np.max(np.abs(np.diff(errors_mm) / np.diff(grid_mm)))))
     return steepest
+
+
+def _reason_of(axes: Sequence[MonitoredAxis], first: MonitoredAxis) -> str:
+    """Return who stopped the machine and why; what only follows from that is passed over."""
+    if first.stopped_by is Stopper.CONTROLLER:
+        return f"controller: {_words(first.alarm)}"
+    for axis in axes:
+        if axis.box_status in _OWN_REASONS:
+            return f"box: {_words(axis.box_status)}"
+    for axis in axes:
+        if axis.pc_reason not in (HoldReason.NONE, HoldReason.OTHER_AXIS):
+            return f"PC: {_words(axis.pc_reason)}"
+    return "box: not homed" if first.stopped_by is Stopper.HOMING else "box: no power"
+
+
+_OWN_REASONS = (
+    Status.I_STILL_DONT_BELIEVE_YOU,
+    Status.LINK_LOST,
+    Status.AXIS_TAKEN,
+    Status.IMPLAUSIBLE,
+    Status.ENCODER_FAULT,
+)
+
+
+def _words(code: enum.IntEnum) -> str:
+    """Return a code in words.
+
+    Examples
+    --------
+    >>> _words(HoldReason.BOX_SILENT)
+    'box silent'
+    """
+    return code.name.lower().replace("_", " ")

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rtec.campaign.safety_matrix import Outcome, reason_of
-from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, sinusoidal_table, station_settings
+from rtec.campaign.safety_matrix import Outcome
+from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase
 from rtec.campaign.safety_variants import VARIANTS, Variant
 from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
@@ -333,23 +333,17 @@ def _concluded(cell: MonitoredCell, design: Design, number: int, drawn: Drawn, p
         injected.append(Injected(variant=variant, phase=phase, axis=axis))
         if activation.first_ps is not None:
             last_ps = max(last_ps or 0, activation.first_ps)
-    stops = [axis for axis in axes if axis.stop_ps is not None]
-    reason, detected_s, wrong = "", None, ""
-    if stops:
-        first = min(stops, key=lambda axis: axis.stop_ps or 0)
-        outcome, reason = Outcome.SAFE_STOP, reason_of(axes, first)
-        detected_s = None if last_ps is None else max(0.0, ((first.stop_ps or 0) - last_ps) / PS_PER_S)
-    elif not cell.running:
-        outcome, reason = Outcome.SAFE_STOP, "the axis is not let go"
-    else:
+    stop, wrong = cell.stop(last_ps), ""
+    outcome = Outcome.SAFE_STOP
+    if stop.by is Stopper.NOBODY:
         wrong = "; ".join(
             f"axis {i}: {words}" for i, axis in enumerate(axes, start=1) if (words := flaw(axis, design))
         )
         outcome = Outcome.UNDETECTED if wrong else Outcome.TOLERATED
     return Episode(
         number=number, design=design, run_s=cell.now_ps / PS_PER_S, injected=tuple(injected), unfired=tuple(unfired),
-        outcome=outcome, reason=reason, detected_s=detected_s,
-        off_counts=max((abs(axis.stop_counts) for axis in stops), default=0.0), wrong=wrong,
+        outcome=outcome, reason=stop.reason, detected_s=stop.detected_s, wrong=wrong,
+        off_counts=max(abs(axis.stop_counts) for axis in axes),
         left_counts=max((axis.off_counts for axis in axes), key=abs),
         following_counts=max(axis.following_counts for axis in axes), checks=sum(axis.checks for axis in axes),
         travel_mm=sum(axis.travel_mm for axis in cell.axes),

@@ -119,9 +119,7 @@ def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> d
 
             write_figure(partial(insertion_figure, verdict), file)
         else:
-            from rtec.campaign.firmware_check_vcd import write_trace
-
-            write_trace(verdict.trace, file)
+            verdict.trace.write(file)
         written[name] = str(file)
     return written
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
+from typing import Generic, TypeVar, cast
 
 from rtec.axis.encoder import Encoder
 from rtec.checks import number_within, whole_within
@@ -19,6 +21,17 @@ from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS
 
 _MOST_AXES = 7
+_T = TypeVar("_T")
+
+
+class _Seen(Generic[_T]):
+    """A part of what there is to see of a box, as an attribute of the box."""
+
+    def __init__(self, part: str) -> None:
+        self._part = attrgetter(f"view.{part}")
+
+    def __get__(self, box: Station | None, owner: type) -> _T:
+        return cast("_T", self if box is None else self._part(box))
 
 
 class BenchBox(Station):
@@ -26,6 +39,33 @@ class BenchBox(Station):
 
     Only the program under test lets time pass, by waiting on its bus.
     """
+
+    state = _Seen[BoxState]("box_state")
+    """What the box is doing."""
+    status = _Seen[Status]("status")
+    """What the box's status says."""
+    position = _Seen[int]("position")
+    """The true position of the axis, in counts from home."""
+    position_mm = _Seen[float]("position_mm")
+    """The true position of the axis, in mm from home."""
+    step_counts = _Seen[int]("step_counts")
+    """How many counts a step of a total is: 4, 4, 1, 2 for the designs Original, A, B, C."""
+    requested = _Seen[int]("requested")
+    """The total that the box has accepted, in steps."""
+    completed = _Seen[int]("completed")
+    """The total that the box says it has inserted, in steps."""
+    inserted_counts = _Seen[int]("inserted_counts")
+    """What was inserted on the lines since home, in counts, as ideal decoders on both sides see it."""
+    controller_counts = _Seen[int]("controller_count")
+    """The position that the controller counts."""
+    requests_refused = _Seen[int]("counters.requests_refused")
+    """How many requests were outside the box's window."""
+    frames_refused = _Seen[dict[str, int]]("counters.frames_refused")
+    """How many frames the box refused for what they are, by the reason."""
+    held = _Seen[bool]("held")
+    """Whether the machine is held: by the PC, by the box's hold contact, or by the controller's alarm."""
+    alarm = _Seen[Alarm]("alarm")
+    """Why the controller has stopped the drive, if it has."""
 
     def __repr__(self) -> str:
         view = self.view
@@ -38,71 +78,6 @@ class BenchBox(Station):
     def axis(self) -> int:
         """Return the number of the axis."""
         return self.settings.axis
-
-    @property
-    def state(self) -> BoxState:
-        """Return what the box is doing."""
-        return self.view.box_state
-
-    @property
-    def status(self) -> Status:
-        """Return what the box's status says."""
-        return self.view.status
-
-    @property
-    def position(self) -> int:
-        """Return the true position of the axis, in counts from home."""
-        return self.view.position
-
-    @property
-    def position_mm(self) -> float:
-        """Return the true position of the axis, in mm from home."""
-        return self.view.position_mm
-
-    @property
-    def step_counts(self) -> int:
-        """Return how many counts a step of a total is: 4, 4, 1, 2 for the designs Original, A, B, C."""
-        return self.view.step_counts
-
-    @property
-    def requested(self) -> int:
-        """Return the total that the box has accepted, in steps."""
-        return self.view.requested
-
-    @property
-    def completed(self) -> int:
-        """Return the total that the box says it has inserted, in steps."""
-        return self.view.completed
-
-    @property
-    def inserted_counts(self) -> int:
-        """Return what was inserted on the lines since home, in counts, as ideal decoders on both sides see it."""
-        return self.view.inserted_counts
-
-    @property
-    def controller_counts(self) -> int:
-        """Return the position that the controller counts."""
-        return self.view.controller_count
-
-    @property
-    def requests_refused(self) -> int:
-        """Return how many requests were outside the box's window."""
-        return self.view.counters.requests_refused
-
-    @property
-    def frames_refused(self) -> dict[str, int]:
-        """Return how many frames the box refused for what they are, by the reason."""
-        return self.view.counters.frames_refused
-
-    @property
-    def held(self) -> bool:
-        """Return whether the machine is held: by the PC, by the box's hold contact, or by the controller's alarm."""
-        return self.view.held
-
-    @property
-    def alarm(self) -> Alarm:
-        """Return why the controller has stopped the drive, if it has."""
-        return self.view.alarm
 
     @property
     def audit(self) -> bool:

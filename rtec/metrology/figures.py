@@ -8,6 +8,7 @@ s_i (with n - 1). Every figure names the term of ISO 230-2:2014, clause 3, that 
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +31,6 @@ UNITS: dict[Coordinate, dict[str, float]] = {
     Coordinate.ANGULAR: {name: 1.0 / TABLE[name].factor for name in ("arcsec", "deg", "urad")},
 }
 """Units of the results; the first is the default."""
-_EACH_WAY = {"A": "accuracy", "R": "repeatability", "E": "systematic"}
-FIGURES = {
-    f"{symbol}{way}": f"{name}{way}" for symbol, name in _EACH_WAY.items() for way in ("", "_forward", "_backward")
-} | {"M": "mean_bidirectional", "B": "reversal", "B_mean": "mean_reversal"}
-"""Attribute of `PositioningFigures` by the symbol of the standard."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,19 +85,17 @@ class PositioningFigures:
         Linear or angular.
     at_targets
         Figures of each target.
-    accuracy, accuracy_forward, accuracy_backward
-        A: bidirectional accuracy of positioning of an axis, largest x̄_i + 2 s_i of both directions minus smallest
-        x̄_i - 2 s_i of both; A↑, A↓: the same in one direction (unidirectional accuracy).
-    repeatability, repeatability_forward, repeatability_backward
-        R: bidirectional positioning repeatability of an axis, the largest R_i; R↑, R↓: the largest R_i↑, R_i↓.
-    systematic, systematic_forward, systematic_backward
-        E: bidirectional systematic positioning error, largest minus smallest x̄_i of both directions; E↑, E↓: of one.
-    mean_bidirectional
-        M: mean bidirectional positioning error, largest minus smallest (x̄_i↑ + x̄_i↓) / 2.
-    reversal
-        B: reversal error of an axis, the largest abs(B_i).
-    mean_reversal
-        B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i.
+    iso
+        The figures of ISO 230-2 by their symbols, those of one direction as ``A_forward`` and ``A_backward``:
+
+        - A: bidirectional accuracy of positioning of an axis, largest x̄_i + 2 s_i of both directions minus smallest
+          x̄_i - 2 s_i of both; A↑, A↓: the same in one direction (unidirectional accuracy).
+        - R: bidirectional positioning repeatability of an axis, the largest R_i; R↑, R↓: the largest R_i↑, R_i↓.
+        - E: bidirectional systematic positioning error, largest minus smallest x̄_i of both directions; E↑, E↓: of
+          one.
+        - M: mean bidirectional positioning error, largest minus smallest (x̄_i↑ + x̄_i↓) / 2.
+        - B: reversal error of an axis, the largest abs(B_i).
+        - B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i.
     max_repeat
         Thesis, Table 5-1, which prints "Max Repeat" without saying what it is. Here: largest minus smallest of all
         readings at one target, both directions, at the target where that is largest.
@@ -119,18 +113,7 @@ class PositioningFigures:
 
     coordinate: Coordinate
     at_targets: TargetFigures
-    accuracy: float | None
-    accuracy_forward: float | None
-    accuracy_backward: float | None
-    repeatability: float | None
-    repeatability_forward: float | None
-    repeatability_backward: float | None
-    systematic: float | None
-    systematic_forward: float | None
-    systematic_backward: float | None
-    mean_bidirectional: float | None
-    reversal: float | None
-    mean_reversal: float | None
+    iso: Mapping[str, float | None]
     max_repeat: float | None
     cyclic_forward: CyclicError | None
     cyclic_backward: CyclicError | None
@@ -142,18 +125,33 @@ class PositioningFigures:
     @property
     def max_average_error(self) -> float | None:
         """Thesis, section 5.1: highest minus lowest average value over both directions, which is E."""
-        return self.systematic
+        return self.iso["E"]
 
     @property
     def max_reversal_error(self) -> float | None:
         """Thesis, section 5.1: largest difference of the averages of both directions at one target, which is B."""
-        return self.reversal
+        return self.iso["B"]
 
     @property
     def cyclic_pp(self) -> float | None:
         """Cyclic error peak to peak, forward as in the thesis (Figure 5.2), backward where that is all there is."""
         first = self.cyclic_forward or self.cyclic_backward
         return None if first is None else first.peak_to_peak
+
+    @property
+    def lengths(self) -> dict[str, float | None]:
+        """The figures that are lengths or angles, in the unit inside, under the contract's names."""
+        cyclic = {"_forward": self.cyclic_forward, "_backward": self.cyclic_backward}
+        return {
+            **self.iso,
+            "max_average_error": self.max_average_error,
+            "max_reversal_error": self.max_reversal_error,
+            "max_repeat": self.max_repeat,
+            "cyclic_pp": self.cyclic_pp,
+            **{f"cyclic_pp{way}": None if fit is None else fit.peak_to_peak for way, fit in cyclic.items()},
+            "rms": self.rms,
+            "pp": self.peak_to_peak,
+        }
 
     def to_dict(self, unit: str | None = None) -> dict[str, object]:
         """Return the figures under the contract's names, ready for JSON.
@@ -189,22 +187,17 @@ class PositioningFigures:
         def scaled(value: float | None) -> float | None:
             return None if value is None or np.isnan(value) else float(value) * factor
 
-        cyclic = {"": self.cyclic_pp}
-        for suffix, fit in (("_forward", self.cyclic_forward), ("_backward", self.cyclic_backward)):
-            cyclic[suffix] = None if fit is None else fit.peak_to_peak
+        lengths = {key: scaled(value) for key, value in self.lengths.items()}
+        rms, pp = lengths.pop("rms"), lengths.pop("pp")
         fit = self.cyclic_forward or self.cyclic_backward
         return {
             "unit": name,
             "targets": int(self.at_targets.target.size),
             "at_targets": self._targets(factor),
-            **{symbol: scaled(getattr(self, name)) for symbol, name in FIGURES.items()},
-            "max_average_error": scaled(self.max_average_error),
-            "max_reversal_error": scaled(self.max_reversal_error),
-            "max_repeat": scaled(self.max_repeat),
-            **{f"cyclic_pp{suffix}": scaled(value) for suffix, value in cyclic.items()},
+            **lengths,
             "cyclic_note": "no period given" if fit is None else fit.note,
-            "rms": scaled(self.rms),
-            "pp": scaled(self.peak_to_peak),
+            "rms": rms,
+            "pp": pp,
             "runs": self.runs,
             "warnings": list(self.warnings),
         }

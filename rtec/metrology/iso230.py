@@ -56,7 +56,7 @@ def positioning_figures(
     >>> r = Readings(target_mm=[0, 1, 1, 0] * 2, deviation_mm=[0, 1, 4, 2, 0, 1, 4, 4],
     ...              direction=[1, 1, -1, -1] * 2, run=[1] * 4 + [2] * 4)
     >>> f = positioning_figures(r)
-    >>> f.systematic, f.reversal, f.mean_reversal, round(f.repeatability, 6)
+    >>> f.iso["E"], f.iso["B"], f.iso["B_mean"], round(f.iso["R"], 6)
     (4.0, 3.0, -3.0, 5.828427)
     """
     if isinstance(readings, Readings):
@@ -65,26 +65,26 @@ def positioning_figures(
         coordinate, target, deviation = Coordinate.ANGULAR, readings.target_deg, readings.deviation_deg
     at = _figures_of_targets(target, deviation, readings.direction > 0)
     both_sides = bool(np.isfinite(at.reversal).any())
-    high = np.fmax(at.mean_forward + 2 * at.spread_forward, at.mean_backward + 2 * at.spread_backward)
-    low = np.fmin(at.mean_forward - 2 * at.spread_forward, at.mean_backward - 2 * at.spread_backward)
+    ways = {"_forward": (at.mean_forward, at.spread_forward), "_backward": (at.mean_backward, at.spread_backward)}
+    high = {way: mean + 2 * spread for way, (mean, spread) in ways.items()}
+    low = {way: mean - 2 * spread for way, (mean, spread) in ways.items()}
     two_spreads = bool(np.isfinite(at.repeatability).any())
+    iso = {
+        "A": _range(np.fmax(*high.values()), np.fmin(*low.values())) if two_spreads else None,
+        **{f"A{way}": _range(high[way], low[way]) for way in ways},
+        "R": _largest(at.repeatability),
+        "R_forward": _largest(at.repeatability_forward),
+        "R_backward": _largest(at.repeatability_backward),
+        "E": _range(np.concatenate((at.mean_forward, at.mean_backward))) if both_sides else None,
+        **{f"E{way}": _range(mean) for way, (mean, _) in ways.items()},
+        "M": _range(at.mean),
+        "B": _largest(np.abs(at.reversal)),
+        "B_mean": float(np.nanmean(at.reversal)) if both_sides else None,
+    }
     return PositioningFigures(
         coordinate=coordinate,
         at_targets=at,
-        accuracy=_range(high, low) if two_spreads else None,
-        accuracy_forward=_range(at.mean_forward + 2 * at.spread_forward, at.mean_forward - 2 * at.spread_forward),
-        accuracy_backward=_range(
-            at.mean_backward + 2 * at.spread_backward, at.mean_backward - 2 * at.spread_backward
-        ),
-        repeatability=_largest(at.repeatability),
-        repeatability_forward=_largest(at.repeatability_forward),
-        repeatability_backward=_largest(at.repeatability_backward),
-        systematic=_range(np.concatenate((at.mean_forward, at.mean_backward))) if both_sides else None,
-        systematic_forward=_range(at.mean_forward),
-        systematic_backward=_range(at.mean_backward),
-        mean_bidirectional=_range(at.mean),
-        reversal=_largest(np.abs(at.reversal)),
-        mean_reversal=float(np.nanmean(at.reversal)) if both_sides else None,
+        iso=iso,
         max_repeat=_largest(at.extent) if both_sides else None,
         cyclic_forward=_cyclic(at.target, at.mean_forward, period),
         cyclic_backward=_cyclic(at.target, at.mean_backward, period),

@@ -29,7 +29,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from rtec.errors import ArgumentError
-from rtec.metrology.figures import FIGURES, Coordinate, PositioningFigures
+from rtec.metrology.figures import Coordinate, PositioningFigures
 from rtec.units import parse_in
 
 _RECTANGULAR = 2.0 / math.sqrt(3.0)
@@ -251,7 +251,7 @@ def positioning_uncertainty(figures: PositioningFigures, inputs: UncertaintyInpu
         contributions=contributions,
         missing=tuple(name for name, value in stated.items() if value is None),
         figures={
-            key: math.hypot(*parts) if parts and getattr(figures, FIGURES[key]) is not None else None
+            key: math.hypot(*parts) if parts and figures.iso[key] is not None else None
             for key, parts in acting.items()
         },
         spread_share=1.0 / math.sqrt(2.0 * (n - 1)) if n > 1 else None,

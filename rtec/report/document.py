@@ -21,10 +21,10 @@ def study_document(result: StudyResult) -> dict[str, Any]:
     """
     learned = result.learned
     document = {
-        "study": result.study,
+        "study": result.study.name,
         "unit": "um",
-        "repeatability_um": result.repeatability_mm * 1000.0,
-        "seed": result.seed,
+        "repeatability_um": result.study.repeatability_mm * 1000.0,
+        "seed": result.study.seed,
         "diagnosis": None if learned is None else diagnosis_document(learned.diagnosis),
         "rounds": [] if learned is None else [_round(one) for one in learned.rounds],
         "model": _model(result),
@@ -55,8 +55,8 @@ def _round(one: Round) -> dict[str, Any]:
 def _model(result: StudyResult) -> dict[str, Any]:
     scores = () if result.learned is None else result.learned.scores
     return {
-        "predictor": result.predictor,
-        "left_out": {left.effect: left.why for left in result.left_out},
+        "predictor": result.study.predictor,
+        "left_out": {left.effect: left.why for left in result.study.left_out},
         "rms_against_truth_um": result.predictor_score.rms_mm * 1000.0,
         "worst_against_truth_um": result.predictor_score.worst_mm * 1000.0,
         "steps_against_truth_um": [score.rms_mm * 1000.0 for score in scores],

@@ -24,7 +24,7 @@ _MIDDLE = 0.5
 
 def cyclic_figure(result: StudyResult, scale: Scale) -> Figure | None:
     """Return the zoom on the true curves, and the residuals folded on one turn; None where no period is known."""
-    period = result.period_mm
+    period = result.study.period_mm
     if period is None or not period > 0 or result.position_mm.size < 2:
         return None
     after = [

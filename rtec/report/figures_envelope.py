@@ -29,7 +29,7 @@ _APART = 0.19
 
 def envelope_figure(rows: Sequence[EnvelopeRow]) -> Figure:
     """Return a figure with a bar and a mark for each design and processor on a logarithmic axis of frequency."""
-    processors = list(dict.fromkeys(row.processor for row in rows))
+    processors = list(dict.fromkeys(row.processor.name for row in rows))
     figure = new_figure(1.7 + 1.25 * len(processors))
     axes = figure.add_subplot()
     axes.set_xscale("log")
@@ -69,7 +69,7 @@ def _marks(axes: Axes, rows: Sequence[EnvelopeRow], processors: Sequence[str]) -
     look = look_of(rows[0].design.value)
     label: str | None = look.label
     for row in rows:
-        y = processors.index(row.processor) + _APART * (designs.index(row.design) - 1.5)
+        y = processors.index(row.processor.name) + _APART * (designs.index(row.design) - 1.5)
         draw_bands(axes, y, row.speeds.frequencies, look.colour, height=0.45 * _APART)
         if row.max_safe_hz > 0.0:
             axes.plot(row.max_safe_hz, y, color=look.colour, marker=look.marker, markersize=7.0, linestyle="none",

@@ -35,8 +35,8 @@ def feed_figure(result: StudyResult, scale: Scale) -> Figure | None:
         axes.set_xlabel(f"feed ({scale.feed_unit})")
         axes.set_title(title)
         _limits(axes, curves, fastest, scale)
-        if result.program_feed_mm_s <= fastest:
-            guide(axes, x=result.program_feed_mm_s * scale.feed_per_mm_s, text="feed of the program", colour=INK)
+        if result.study.plan.feed_mm_s <= fastest:
+            guide(axes, x=result.study.plan.feed_mm_s * scale.feed_per_mm_s, text="feed of the program", colour=INK)
         if scale.unit != "inch":
             upper = axes.secondary_xaxis("top", functions=(_inch_per_min, _mm_per_min))
             upper.set_xlabel("inch/min", fontsize=8.5)

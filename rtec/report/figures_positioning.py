@@ -65,13 +65,7 @@ def _panel(axes: Axes, look: Look, figures: PositioningFigures, scale: Scale) ->
 
 
 def _figures(figures: PositioningFigures, scale: Scale) -> str:
-    named = (
-        ("A", figures.accuracy),
-        ("R", figures.repeatability),
-        ("E", figures.systematic),
-        ("B", figures.reversal),
-    )
-    return "   ".join(f"{name} {scale.text(value)}" for name, value in named) + f"  {scale.symbol}"
+    return "   ".join(f"{symbol} {scale.text(figures.iso[symbol])}" for symbol in "AREB") + f"  {scale.symbol}"
 
 
 def share_scales(panels: list[Axes]) -> None:

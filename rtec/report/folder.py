@@ -48,7 +48,7 @@ def write_report(result: StudyResult, folder: Path, *, found: Sequence[Illustrat
     ArgumentError
         A unit that is not known.
     """
-    scale = scale_of(result.unit)
+    scale = scale_of(result.study.unit)
     if found is None:
         found = () if result.learned is None else search_figures(result.learned)
     return write_page_folder(
@@ -88,9 +88,9 @@ def file_name(*words: str) -> str:
 
 
 def _write_readings(result: StudyResult, name: str, correction: str, readings: Readings, folder: Path) -> None:
-    facts = {"study": printable(result.study), "correction": printable(correction)}
-    if result.period_mm is not None:
-        facts["screw_pitch"] = f"{result.period_mm!r} mm"
+    facts = {"study": printable(result.study.name), "correction": printable(correction)}
+    if result.study.period_mm is not None:
+        facts["screw_pitch"] = f"{result.study.period_mm!r} mm"
     write_measurement(folder / f"{name}.csv", measurement_of_readings(readings, facts))
     write_laser_file(folder / f"{name}.dat", readings)
 

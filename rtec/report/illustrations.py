@@ -90,7 +90,7 @@ def _positioning(result: StudyResult, scale: Scale) -> str:
         "between the two lines is the reversal error; the height of everything with its bands is A. The panels "
         "below the first have their own scale, far finer than that of the first one."
     )
-    if result.period_mm is not None:
+    if result.study.period_mm is not None:
         text += (
             " The slow waves of the first panel are the cyclic error of the screw, met at another phase by each "
             "target: joined by lines it looks longer than it is. The next figure shows its true shape."
@@ -99,7 +99,7 @@ def _positioning(result: StudyResult, scale: Scale) -> str:
 
 
 def _cyclic(result: StudyResult, scale: Scale) -> str:
-    period = (result.period_mm or 0.0) * scale.position_per_mm
+    period = (result.study.period_mm or 0.0) * scale.position_per_mm
     return (
         f"Above, ten turns of the screw ({period:g} {scale.position_unit} each) from the middle of the travel: the "
         "error repeats with every turn, and in reverse with another shape. A correction that depends on the "
@@ -136,9 +136,9 @@ def _waveform(result: StudyResult, scale: Scale) -> str:
 def _hold(result: StudyResult, scale: Scale) -> str:
     return (
         f"The axis stands still, as on a lathe that turns a cylinder, and grows by "
-        f"{scale.with_unit(result.hold_growth_mm)}. At rest no real edge comes, and insertions just start; each one "
-        "makes the servo pull the axis back by a step. The Original inserts in state 1 only (A and B low): standing "
-        "in another state it is stuck, and its corrections stay pending."
+        f"{scale.with_unit(result.study.growth.final_mm)}. At rest no real edge comes, and insertions just start; "
+        "each one makes the servo pull the axis back by a step. The Original inserts in state 1 only (A and B low): "
+        "standing in another state it is stuck, and its corrections stay pending."
     )
 
 
@@ -147,10 +147,10 @@ def _residual(result: StudyResult, scale: Scale) -> str:
         "All readings of each row, counted into bins of one width; the line below each is their range. Equal areas "
         "mean equal numbers. Rounding to a step alone would give a flat top as wide as the step."
     )
-    if result.repeatability_mm > 0.0:
+    if result.study.repeatability_mm > 0.0:
         text += (
-            f" Each reading carries a noise of {result.repeatability_mm * 1000:g} µm (standard deviation), the same "
-            "draws in every row, and so even a perfect correction has a width."
+            f" Each reading carries a noise of {result.study.repeatability_mm * 1000:g} µm (standard deviation), the "
+            "same draws in every row, and so even a perfect correction has a width."
         )
     return text
 

@@ -106,8 +106,8 @@ def _failure(row: StudyRow) -> str:
 def page_values(result: StudyResult, scale: Scale) -> dict[str, Any]:
     """Return what the template of the page names; name, title, facts and warnings are text of a user."""
     return {
-        "title": printable(result.title),
-        "study": printable(result.study),
+        "title": printable(result.study.title),
+        "study": printable(result.study.name),
         "verdict": verdict(result, scale),
         "search": search_of(result),
         "scale": scale,
@@ -115,14 +115,14 @@ def page_values(result: StudyResult, scale: Scale) -> dict[str, Any]:
         "columns": (THESIS_COLUMNS, ISO_COLUMNS, READING_COLUMNS, COUNT_COLUMNS),
         "limits": limit_rows(result, scale),
         "largest_error": scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
-        "program_feed": scale.feed(result.program_feed_mm_s),
+        "program_feed": scale.feed(result.study.plan.feed_mm_s),
         "facts": [(printable(label), printable(value)) for label, value in result.facts],
         "warnings": [printable(warning) for warning in result.warnings],
         "definitions": DEFINITIONS,
         "not_modelled": NOT_MODELLED,
-        "seed": result.seed,
-        "repeatability": f"{result.repeatability_mm * 1000:g} µm",
-        "noisy": result.repeatability_mm > 0.0,
+        "seed": result.study.seed,
+        "repeatability": f"{result.study.repeatability_mm * 1000:g} µm",
+        "noisy": result.study.repeatability_mm > 0.0,
         "command": result.command,
         "simulated": number(round(sum(row.run.simulated_s for row in result.rows) / 3600.0, 1)),
     }

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from statistics import median
 
-from rtec.campaign.safety import SafetyCase, detection_of
+from rtec.campaign.safety import LIMIT_MM, SafetyCase, detection_of
 from rtec.campaign.safety_matrix import LATE_S, Outcome, Trial
-from rtec.campaign.safety_ramp import LIMIT_MM
 from rtec.campaign.safety_variants import Variant, impossible
 from rtec.campaign.soak import Soak
 from rtec.injector import Design

@@ -127,18 +127,18 @@ def score_words(learned: Learned, shown: Shown) -> str:
 
 def alias_words(result: StudyResult) -> str:
     """Return which harmonics of the screw the calibration can tell; empty where its targets meet every phase."""
-    if result.learned is None or result.period_mm is None:
+    if result.learned is None or result.study.period_mm is None:
         return ""
     if len(result.learned.rounds) > 1:
         return ""
-    a_turn = result.period_mm / result.learned.plan.increment_mm
+    a_turn = result.study.period_mm / result.learned.plan.increment_mm
     if abs(a_turn - round(a_turn)) > _WHOLE * a_turn:
         return ""
     highest = round(a_turn) // 2
     return (
-        f"The calibration has {round(a_turn)} targets to a turn of the screw ({result.period_mm:g} mm). They show "
-        f"harmonics of the cyclic error up to number {highest}; higher ones cannot be told from lower ones there "
-        "(they alias) and are not fitted."
+        f"The calibration has {round(a_turn)} targets to a turn of the screw ({result.study.period_mm:g} mm). They "
+        f"show harmonics of the cyclic error up to number {highest}; higher ones cannot be told from lower ones "
+        "there (they alias) and are not fitted."
     )
 
 
@@ -154,7 +154,7 @@ def belief_words(result: StudyResult, learned: Learned, shown: Shown) -> str:
         "The controller's own table is sampled from it. All along the travel, between the calibration's targets, "
         f"too, it is off the true error by {rms} RMS, {worst} at worst."
     )
-    if result.left_out:
-        gone = "; ".join(f"{spoken(left.effect)} ({printable(left.why)})" for left in result.left_out)
+    if result.study.left_out:
+        gone = "; ".join(f"{spoken(left.effect)} ({printable(left.why)})" for left in result.study.left_out)
         return f"{words} Left out of it, because a table knows position and direction alone: {gone}."
     return f"{words} Every effect of the model depends on position and direction alone: nothing was left out."

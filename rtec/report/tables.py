@@ -39,36 +39,33 @@ class LengthColumn(NamedTuple):
     """A length of each row."""
 
     key: str
-    """Its name in files, without the unit."""
+    """Its name in files and in `PositioningFigures.lengths`, without the unit."""
     head: str
     """For a table on the page."""
     words: str
     """For a table with room."""
-    figure: str
-    """Name of the figure of `PositioningFigures`."""
 
     def of(self, row: StudyRow) -> float | None:
         """Return the length of a row; None where it is not defined, or the row is empty."""
-        found: float | None = None if row.figures is None else getattr(row.figures, self.figure)
-        return found
+        return None if row.figures is None else row.figures.lengths[self.key]
 
 
 THESIS_COLUMNS = (
-    LengthColumn("max_average_error", "max average", "maximum average error", "max_average_error"),
-    LengthColumn("max_reversal_error", "max reversal", "maximum reversal error", "max_reversal_error"),
-    LengthColumn("max_repeat", "max repeat", "maximum repeat", "max_repeat"),
-    LengthColumn("cyclic_pp", "cyclic p‑p", "cyclic, peak to peak", "cyclic_pp"),
+    LengthColumn("max_average_error", "max average", "maximum average error"),
+    LengthColumn("max_reversal_error", "max reversal", "maximum reversal error"),
+    LengthColumn("max_repeat", "max repeat", "maximum repeat"),
+    LengthColumn("cyclic_pp", "cyclic p‑p", "cyclic, peak to peak"),
 )
 ISO_COLUMNS = (
-    LengthColumn("A", "A", "ISO 230-2  A", "accuracy"),
-    LengthColumn("R", "R", "ISO 230-2  R", "repeatability"),
-    LengthColumn("E", "E", "ISO 230-2  E", "systematic"),
-    LengthColumn("M", "M", "ISO 230-2  M", "mean_bidirectional"),
-    LengthColumn("B", "B", "ISO 230-2  B", "reversal"),
+    LengthColumn("A", "A", "ISO 230-2  A"),
+    LengthColumn("R", "R", "ISO 230-2  R"),
+    LengthColumn("E", "E", "ISO 230-2  E"),
+    LengthColumn("M", "M", "ISO 230-2  M"),
+    LengthColumn("B", "B", "ISO 230-2  B"),
 )
 READING_COLUMNS = (
-    LengthColumn("rms", "RMS", "RMS of all readings", "rms"),
-    LengthColumn("pp", "p‑p", "peak to peak", "peak_to_peak"),
+    LengthColumn("rms", "RMS", "RMS of all readings"),
+    LengthColumn("pp", "p‑p", "peak to peak"),
 )
 LENGTH_COLUMNS = THESIS_COLUMNS + ISO_COLUMNS + READING_COLUMNS
 
@@ -159,7 +156,7 @@ class LimitRow:
 def limit_rows(result: StudyResult, scale: Scale) -> list[LimitRow]:
     """Return the table of limits."""
     by_name = {row.name: row for row in result.rows}
-    return [_limit_row(limit, by_name.get(limit.name), result.program_feed_mm_s, scale) for limit in result.limits]
+    return [_limit_row(limit, by_name.get(limit.name), result.study.plan.feed_mm_s, scale) for limit in result.limits]
 
 
 def _limit_row(limit: Limit, row: StudyRow | None, feed_mm_s: float, scale: Scale) -> LimitRow:

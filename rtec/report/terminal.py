@@ -30,11 +30,10 @@ def terminal_table(result: StudyResult) -> Table:
     ArgumentError
         A unit that is not known.
     """
-    scale = scale_of(result.unit)
+    scale = scale_of(result.study.unit)
     rows = table_rows(result, scale)
-    table = Table(
-        title=Text(printable(result.title)), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 0)
-    )
+    title = Text(printable(result.study.title))
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 0))
     table.add_column(f"{scale.symbol}; corrected by", no_wrap=True)
     for row in result.rows:
         table.add_column(Text(_SHORT.get(row.name) or look_of(row.name).label), justify="right", overflow="fold")

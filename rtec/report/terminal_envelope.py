@@ -25,7 +25,7 @@ def show(rows: Sequence[EnvelopeRow]) -> None:
         table.add_column(heading, justify="left" if heading in _WORDS else "right", no_wrap=True)
     for row in rows:
         table.add_row(
-            row.processor,
+            row.processor.name,
             row.design.value,
             row.speeds.at_top.value,
             *(
@@ -37,10 +37,10 @@ def show(rows: Sequence[EnvelopeRow]) -> None:
     console = Console(highlight=False)
     console.print(table)
     for row in rows:
-        console.print(f"{row.design.value} on {row.processor}: {_more(row)}", soft_wrap=True)
+        console.print(f"{row.design.value} on {row.processor.name}: {_more(row)}", soft_wrap=True)
     for row in rows:
         if row.counts_right is False:
-            words = f"design {row.design.value}, {row.processor}: counts go wrong above the speed gate"
+            words = f"design {row.design.value}, {row.processor.name}: counts go wrong above the speed gate"
             console.print(words, style="bold red")
     console.print(_meaning(rows), soft_wrap=True)
 
@@ -59,9 +59,12 @@ def _meaning(rows: Sequence[EnvelopeRow]) -> str:
         "Frequencies of the encoder's square waves. Inserts to: a step is completed during the motion. Passes to: "
         "every count is right. "
     )
-    if rows and rows[0].motion is not None:
-        return f"{said}Safe to: the same. The frequency is the top speed of the motion: {rows[0].motion.value}."
-    swept = "clock by clock" if rows and rows[0].exhaustive else "in steps of 61 clocks (--exhaustive: of one)"
+    plan = rows[0].plan if rows else None
+    if plan is not None and plan.motion is not None:
+        return f"{said}Safe to: the same. The frequency is the top speed of the motion: {plan.motion.kind.value}."
+    swept = (
+        "clock by clock" if plan is not None and plan.exhaustive else "in steps of 61 clocks (--exhaustive: of one)"
+    )
     return (
         f"{said}Both at steady speed. Safe to: no count lost in a burst behind an insertion, whatever came before. "
         "Acceleration: of starts from rest at any moment of an insertion; from steady motion: what insertions that "

@@ -56,8 +56,10 @@ class Study:
     file: str = field(compare=False)
     """File that it was read from; empty for the built-in study."""
     unit: str
+    """Of tables and plots."""
     axis_error: Predictor
     period_mm: float | None
+    """Of the cyclic error."""
     limits: Limits
     shape: ProfileShape
     encoder: Encoder
@@ -65,6 +67,7 @@ class Study:
     plan: MeasuringPlan
     laser: Laser
     repeatability_mm: float
+    """Standard deviation of one reading; 0 for none."""
     seed: int
     receiver: ReceiverSettings
     table_interval_mm: float

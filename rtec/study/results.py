@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.inference.results import Diagnosis
-from rtec.inference.static_predictor import LeftOut
 from rtec.machine import Ending, LoopResult
 from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
 from rtec.signal import EdgeStream
+from rtec.study.definition import Study
 
 Floats = NDArray[np.float64]
 
@@ -165,24 +165,14 @@ class Learned:
 class StudyResult:
     """A whole study."""
 
-    study: str
-    title: str
+    study: Study
+    """What was carried out, with the predictor that was at work."""
     command: str
     """What runs the study again."""
-    unit: str
-    """``um``, ``mm`` or ``inch``: of tables and plots."""
     facts: tuple[tuple[str, str], ...]
     """What the study is about: label and value, for the reader."""
-    repeatability_mm: float
-    """Standard deviation of one reading; 0 for none."""
-    period_mm: float | None
-    """Of the cyclic error."""
-    predictor: str
-    """What the PC believes: ``learned``, ``lathe``, ``axis``, or a file."""
     learned: Learned | None
     """None where the predictor was given."""
-    left_out: tuple[LeftOut, ...]
-    """Effects of a model that the predictor cannot hold."""
     predictor_score: TruthScore
     """Of what the PC believes, at ``position_mm``: all along the travel."""
     position_mm: Floats
@@ -191,13 +181,9 @@ class StudyResult:
     reverse_error_mm: Floats
     rows: tuple[StudyRow, ...]
     feed_curves: tuple[FeedCurve, ...]
-    program_feed_mm_s: float
     hold_curves: tuple[HoldCurve, ...]
-    hold_growth_mm: float
     waveforms: tuple[Waveform, ...]
     limits: tuple[Limit, ...]
-    count_mm: float
-    seed: int
     wall_s: float
     warnings: tuple[str, ...]
 

@@ -48,7 +48,7 @@ def cells(row: EnvelopeRow) -> list[str]:
     ramp = None if row.gate is None else row.gate.max_acceleration_counts_s2
     beyond = "beyond " if found.max_passing_hz >= found.searched_to_hz else ""
     return [
-        row.processor,
+        row.processor.name,
         row.design.short,
         row.speeds.at_top.value,
         hertz(found.max_inserting_hz),

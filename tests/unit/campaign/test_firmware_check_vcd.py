@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from rtec.campaign import Trace
-from rtec.campaign.firmware_check_motion import Motion
-from rtec.campaign.firmware_check_vcd import write_trace
+from rtec.campaign.firmware_check_bench import Motion
 from rtec.injector import Totals
 from rtec.signal import EdgeStream
 
@@ -45,7 +44,7 @@ def test_lines_and_pins_are_written(tmp_path):
         cycle_ps=1_000.0,
     )
     file = tmp_path / "a.vcd"
-    write_trace(trace, file)
+    trace.write(file)
     text = file.read_text()
     assert "$timescale 1 ns $end" in text
     found = changes_of(text)

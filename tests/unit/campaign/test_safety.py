@@ -8,11 +8,10 @@ import re
 import numpy as np
 import pytest
 
-from rtec.campaign.safety import detection_of, make_case
+from rtec.campaign.safety import detection_of, make_case, ramp_jobs
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix, run_trial
 from rtec.campaign.safety_monitor import MonitoredCell, Stopper, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
-from rtec.campaign.safety_ramp import ramp_jobs
 from rtec.campaign.safety_variants import VARIANTS, impossible
 from rtec.errors import ArgumentError
 from rtec.injector import Design

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from rtec.campaign import safety, safety_matrix
+from rtec.campaign.safety import Ramp
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome
 from rtec.campaign.safety_phases import Phase
-from rtec.campaign.safety_ramp import Ramp
 from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import main
 from rtec.injector import Design

@@ -7,6 +7,7 @@ import typer
 from iso230_oracle import oracle_figures
 from typer.testing import CliRunner
 
+from rtec.cli._groups import taken_apart
 from rtec.cli.iso230 import iso230
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology import (
@@ -72,7 +73,7 @@ def test_repeatability_takes_one_direction_where_that_is_larger():
     readings = Readings(
         target_mm=[0] * 6, deviation_mm=[-3, 0, 3, 0, 0, 0], direction=[1, 1, 1, -1, -1, -1], run=[1, 2, 3, 1, 2, 3]
     )
-    assert positioning_figures(readings).repeatability == pytest.approx(12)
+    assert positioning_figures(readings).iso["R"] == pytest.approx(12)
 
 
 def test_units():
@@ -171,9 +172,9 @@ def test_target_without_one_direction_is_left_out_of_what_needs_both():
         target_mm=[0, 1, 2, 1, 0], deviation_mm=[0, 0, 50, 2, 1], direction=[1, 1, 1, -1, -1], run=[1] * 5
     )
     figures = positioning_figures(readings)
-    assert figures.reversal == pytest.approx(2)
-    assert figures.mean_reversal == pytest.approx(-1.5)
-    assert figures.systematic == pytest.approx(50)
+    assert figures.iso["B"] == pytest.approx(2)
+    assert figures.iso["B_mean"] == pytest.approx(-1.5)
+    assert figures.iso["E"] == pytest.approx(50)
     assert any("1 of 3 targets lack one direction" in warning for warning in figures.warnings)
 
 
@@ -289,7 +290,7 @@ def test_direction_of_a_real_stage_follows_from_its_motion(tmp_path):
 
 
 app = typer.Typer()
-app.command()(iso230)
+app.command()(taken_apart(iso230))
 CSV = "# screw_pitch: 5 mm\nrun,direction,target_mm,deviation_um,pulse_v\n" + "".join(
     f"{run},{way},{x},{x + way + run * 0.1},7\n"
     for run in range(1, 6)

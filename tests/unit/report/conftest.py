@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields as dataclass_fields, replace
 
 import numpy as np
 import pytest
@@ -13,10 +13,18 @@ from rtec.machine import Ending, LoopResult
 from rtec.metrology import Readings, positioning_figures
 from rtec.requester.status import Status
 from rtec.signal import EdgeStream
+from rtec.study import builtin_study
+from rtec.study.definition import Study
 from rtec.study.results import FeedCurve, HoldCurve, Limit, StudyResult, StudyRow, TruthScore, Waveform
 
 PERIOD_MM = 5.0
 TARGETS_MM = np.arange(12) * 3.2
+LATHE = builtin_study()
+SMALL = replace(
+    LATHE, name="small", title="x axis of nothing", unit="um", repeatability_mm=0.001, period_mm=PERIOD_MM,
+    predictor="lathe", left_out=(), plan=replace(LATHE.plan, feed_mm_s=21.0),
+    growth=replace(LATHE.growth, final_mm=0.010), seed=7,
+)  # fmt: skip
 
 
 def readings(error_mm: float, *, runs: int = 5, directions: tuple[int, ...] = (1, -1)) -> Readings:
@@ -103,19 +111,12 @@ def waveform(name: str) -> Waveform:
 
 
 def study_result(**changes: object) -> StudyResult:
-    """Return the study; ``changes`` overrides its fields."""
+    """Return the study; ``changes`` overrides its fields, and those of its definition."""
     feed = np.array([2.0, 10.0, 30.0])
     position = np.linspace(0.0, 35.2, 200)
     fields = {
-        "study": "small",
-        "title": "x axis of nothing",
-        "unit": "um",
         "facts": (("Encoder", "1 µm a count"),),
-        "repeatability_mm": 0.001,
-        "period_mm": PERIOD_MM,
-        "predictor": "lathe",
         "learned": None,
-        "left_out": (),
         "predictor_score": TruthScore(rms_mm=0.0012, worst_mm=0.0031),
         "position_mm": position,
         "forward_error_mm": -0.05 + 0.005 * np.sin(2 * np.pi * position / PERIOD_MM),
@@ -133,7 +134,6 @@ def study_result(**changes: object) -> StudyResult:
             )
             for name in ("original", "c")
         ),
-        "program_feed_mm_s": 21.0,
         "hold_curves": tuple(
             HoldCurve(
                 name=name,
@@ -146,7 +146,6 @@ def study_result(**changes: object) -> StudyResult:
             for name in ("original", "c")
         ),
         "command": "rtec run",
-        "hold_growth_mm": 0.010,
         "waveforms": (waveform("c"),),
         "limits": (
             Limit(
@@ -164,12 +163,12 @@ def study_result(**changes: object) -> StudyResult:
                 largest_error_mm=0.055,
             ),
         ),
-        "count_mm": 0.001,
-        "seed": 7,
         "wall_s": 1.0,
         "warnings": (),
     }
-    return StudyResult(**{**fields, **changes})
+    names = {item.name for item in dataclass_fields(Study)} - fields.keys()
+    of_study = {name: changes.pop(name) for name in names & changes.keys()}
+    return StudyResult(**{"study": replace(SMALL, **of_study), **fields, **changes})
 
 
 @pytest.fixture

@@ -82,7 +82,7 @@ def test_the_page_is_well_formed_and_needs_nothing_else(make_result, out):
 def test_hostile_text_is_shown_and_not_obeyed(make_result, make_row, out):
     rows = (make_row("uncompensated", 0.05), make_row("../../" + HOSTILE, 0.01, title=HOSTILE))
     result = make_result(
-        study=HOSTILE, title=HOSTILE + "\x00\ud800", facts=((HOSTILE, HOSTILE),), rows=rows, warnings=(HOSTILE,)
+        name=HOSTILE, title=HOSTILE + "\x00\ud800", facts=((HOSTILE, HOSTILE),), rows=rows, warnings=(HOSTILE,)
     )
     tree = _page(write_report(result, out))
     assert not list(tree.iter(f"{XHTML}script"))

@@ -44,7 +44,7 @@ def test_csv_holds_every_digit_in_the_studys_unit(make_result):
     assert [row["name"] for row in rows] == ["uncompensated", "original", "c"]
     for row, given in zip(rows, result.rows, strict=True):
         assert float(row["pp_inch"]) == pytest.approx(np.ptp(given.readings.deviation_mm) / 25.4, rel=1e-14)
-        assert float(row["max_reversal_error_inch"]) * 25.4 == pytest.approx(given.figures.reversal, rel=1e-14)
+        assert float(row["max_reversal_error_inch"]) * 25.4 == pytest.approx(given.figures.iso["B"], rel=1e-14)
         assert int(row["corrections_inserted"]) == 12345 and row["audit"] == "true"
 
 
