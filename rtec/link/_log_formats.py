@@ -18,8 +18,8 @@ from typing import BinaryIO
 
 from rtec.errors import FileFormatError
 from rtec.link.frame import PAYLOAD_BYTES, Frame
+from rtec.units import PS_PER_NS, PS_PER_S
 
-NS_PER_S = 10**9
 LONGEST_LINE_BYTES = 4096
 LONGEST_CONTAINER_BYTES = 1 << 24
 """Of a BLF container, packed or unpacked (writers use 128 KiB): a bound on memory, no property of the format."""
@@ -33,15 +33,6 @@ class Direction(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
-    """A frame of a log and its time in nanoseconds, or None for what is no classic data frame."""
-
-    time_ns: int
-    direction: Direction
-    frame: Frame | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
     """A frame of a log.
 
@@ -50,7 +41,7 @@ class Logged:
     frame
         The frame.
     time_ps
-        Since the first frame of the log.
+        Since the first frame of the log; for the reader of a format, on the clock of the file.
     direction
         Its direction as seen by the recorder.
     """
@@ -60,8 +51,8 @@ class Logged:
     direction: Direction
 
 
-def _nanoseconds(text: str) -> int:
-    return int(Decimal(text) * NS_PER_S)
+def _time_ps(text: str) -> int:
+    return int(Decimal(text) * PS_PER_S)
 
 
 def _text_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -90,7 +81,7 @@ _CANDUMP = re.compile(
 _CANDUMP_ERROR_FLAG = 0x20000000
 
 
-def read_candump(path: Path) -> Iterator[Line]:
+def read_candump(path: Path) -> Iterator[Logged]:
     """Yield the frames of a log of ``candump -L``."""
     for number, text in _text_lines(path):
         if not text:
@@ -99,13 +90,13 @@ def read_candump(path: Path) -> Iterator[Line]:
             raise FileFormatError(path, number, f"{text[:60]!r}", "a line of 'candump -L': (seconds) channel id#data")
         identifier = int(match["id"], 16)
         extended = len(match["id"]) == 8
-        frame = None
-        if match["data"] is not None and not (extended and identifier & _CANDUMP_ERROR_FLAG):
-            if identifier > (0x1FFFFFFF if extended else 0x7FF):
-                raise FileFormatError(path, number, f"identifier {match['id']}", "up to 7FF, or 1FFFFFFF as 8 digits")
-            frame = Frame(identifier=identifier, data=bytes.fromhex(match["data"]), extended=extended)
+        if match["data"] is None or (extended and identifier & _CANDUMP_ERROR_FLAG):
+            continue
+        if identifier > (0x1FFFFFFF if extended else 0x7FF):
+            raise FileFormatError(path, number, f"identifier {match['id']}", "up to 7FF, or 1FFFFFFF as 8 digits")
+        frame = Frame(identifier=identifier, data=bytes.fromhex(match["data"]), extended=extended)
         way = Direction.SENT if (match["way"] or "R") in "Tt" else Direction.RECEIVED
-        yield Line(time_ns=_nanoseconds(match["time"]), direction=way, frame=frame)
+        yield Logged(frame=frame, time_ps=_time_ps(match["time"]), direction=way)
 
 
 _ASC_BASE = re.compile(r"base\s+(?P<base>hex|dec)(?:\s+timestamps\s+(?P<times>absolute|relative))?", re.IGNORECASE)
@@ -114,13 +105,13 @@ _ASC_FRAME = re.compile(
     r"\d+\s+(?P<id>[0-9A-F]{1,10}?)(?P<extended>x?)\s+(?P<way>Rx|Tx)\s+d\s+(?P<length>[0-9A-F]{1,2})(?P<data>.*)",
     re.ASCII | re.IGNORECASE,
 )
-_ASC_OTHER = re.compile(r"(\d+\s+\w+\s+(Rx|Tx)\s+r\b|\d+\s+ErrorFrame|CANFD\s)", re.ASCII | re.IGNORECASE)
-_ASC_LIKE_FRAME = re.compile(r"\d+\s+\w+\s+(Rx|Tx)\b", re.ASCII | re.IGNORECASE)
+_ASC_LIKE_FRAME = re.compile(r"\d+\s+(?!ErrorFrame)\w+\s+(Rx|Tx)\b(?!\s+r\b)", re.ASCII | re.IGNORECASE)
+"""A data frame: neither a remote nor an error frame."""
 
 
-def read_asc(path: Path) -> Iterator[Line]:
+def read_asc(path: Path) -> Iterator[Logged]:
     """Yield the frames of an ASC log; times count from its start, or from event to event where it says so."""
-    base, relative, time_ns = 0, False, 0
+    base, relative, time_ps = 0, False, 0
     for number, text in _text_lines(path):
         if header := _ASC_BASE.match(text):
             base = 10 if header["base"].lower() == "dec" else 16
@@ -129,12 +120,10 @@ def read_asc(path: Path) -> Iterator[Line]:
             continue
         if not base:
             raise FileFormatError(path, number, "an event before the header", "'base hex timestamps absolute' first")
-        time_ns = _nanoseconds(event["time"]) + (time_ns if relative else 0)
+        time_ps = _time_ps(event["time"]) + (time_ps if relative else 0)
         if match := _ASC_FRAME.fullmatch(event["rest"]):
             way = Direction.SENT if match["way"].lower() == "tx" else Direction.RECEIVED
-            yield Line(time_ns=time_ns, direction=way, frame=_asc_frame(path, number, match, base))
-        elif _ASC_OTHER.match(event["rest"]):
-            yield Line(time_ns=time_ns, direction=Direction.RECEIVED, frame=None)
+            yield Logged(frame=_asc_frame(path, number, match, base), time_ps=time_ps, direction=way)
         elif _ASC_LIKE_FRAME.match(event["rest"]):
             raise FileFormatError(
                 path, number, f"{text[:60]!r}", "time, channel, identifier, Rx or Tx, d, length, bytes"
@@ -162,11 +151,11 @@ _BLF_OBJECT = struct.Struct("<4sHHLL")
 _BLF_CONTAINER = struct.Struct("<H6xL4x")
 _BLF_TIMES = {1: struct.Struct("<LHHQ"), 2: struct.Struct("<LBxHQ8x")}
 _BLF_FRAME = struct.Struct("<HBBL8s")
-_BLF_FRAMES, _BLF_OTHERS, _BLF_PACKED = (1, 86), (73, 100, 101), 10
+_BLF_FRAMES, _BLF_PACKED = (1, 86), 10
 _BLF_SENT, _BLF_REMOTE, _BLF_EXTENDED = 0x01, 0x80, 0x80000000
 
 
-def read_blf(path: Path) -> Iterator[Line]:
+def read_blf(path: Path) -> Iterator[Logged]:
     """Yield the frames of a BLF log."""
     with path.open("rb") as file:
         head = file.read(_BLF_FILE.size)
@@ -181,8 +170,8 @@ def read_blf(path: Path) -> Iterator[Line]:
         rest = b""
         while container := _next_container(path, file):
             begun = file.tell()
-            rest, lines = _split_objects(path, rest + container, begun)
-            yield from lines
+            rest, frames = _split_objects(path, rest + container, begun)
+            yield from frames
         if rest.strip(b"\0"):
             raise _cut_off(path, file.tell())
 
@@ -244,18 +233,18 @@ def _unpack(path: Path, begun: int, body: bytes) -> bytes:
     return data
 
 
-def _split_objects(path: Path, data: bytes, offset: int) -> tuple[bytes, list[Line]]:
+def _split_objects(path: Path, data: bytes, offset: int) -> tuple[bytes, list[Logged]]:
     """Return what is left for the next container, and the frames before it."""
-    lines: list[Line] = []
+    frames: list[Logged] = []
     position = 0
     while True:
         found = data.find(b"LOBJ", position, position + 8)
         if found < 0:
             if len(data) - position >= 8:
                 raise FileFormatError(path, None, f"in the container before byte {offset}: no object", "a BLF log")
-            return data[position:], lines
+            return data[position:], frames
         if len(data) - found < _BLF_OBJECT.size:
-            return data[found:], lines
+            return data[found:], frames
         _, head_size, version, size, kind = _BLF_OBJECT.unpack_from(data, found)
         if not _BLF_OBJECT.size <= head_size <= size <= LONGEST_CONTAINER_BYTES:
             raise FileFormatError(
@@ -263,23 +252,21 @@ def _split_objects(path: Path, data: bytes, offset: int) -> tuple[bytes, list[Li
                 f"up to {LONGEST_CONTAINER_BYTES} bytes",
             )  # fmt: skip
         if len(data) - found < size:
-            return data[found:], lines
-        if kind in (*_BLF_FRAMES, *_BLF_OTHERS) and version in _BLF_TIMES:
-            lines.append(_blf_line(path, data[found : found + size], version, kind, offset))
+            return data[found:], frames
+        if kind in _BLF_FRAMES and version in _BLF_TIMES:
+            frames += _blf_frame(path, data[found : found + size], version, offset)
         position = found + size
 
 
-def _blf_line(path: Path, item: bytes, version: int, kind: int, offset: int) -> Line:
+def _blf_frame(path: Path, item: bytes, version: int, offset: int) -> list[Logged]:
+    """Return the frame of an object, or nothing where it is a remote one."""
     try:
         times = _BLF_TIMES[version]
         flags, _, _, stamp = times.unpack_from(item, _BLF_OBJECT.size)
-        time_ns = stamp * 10_000 if flags == 1 else stamp
-        if kind not in _BLF_FRAMES:
-            return Line(time_ns=time_ns, direction=Direction.RECEIVED, frame=None)
         _, marks, length, identifier, data = _BLF_FRAME.unpack_from(item, _BLF_OBJECT.size + times.size)
         way = Direction.SENT if marks & _BLF_SENT else Direction.RECEIVED
         if marks & _BLF_REMOTE:
-            return Line(time_ns=time_ns, direction=way, frame=None)
+            return []
         if length > PAYLOAD_BYTES:
             raise ValueError(f"{length} bytes in a classic frame")
         extended = bool(identifier & _BLF_EXTENDED)
@@ -288,4 +275,5 @@ def _blf_line(path: Path, item: bytes, version: int, kind: int, offset: int) -> 
         raise FileFormatError(
             path, None, f"in the container before byte {offset}: {error}", "classic frames as the format has them"
         ) from None
-    return Line(time_ns=time_ns, direction=way, frame=frame)
+    time_ps = stamp * (10_000 if flags == 1 else 1) * PS_PER_NS
+    return [Logged(frame=frame, time_ps=time_ps, direction=way)]

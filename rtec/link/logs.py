@@ -8,26 +8,27 @@ from __future__ import annotations
 import contextlib
 import enum
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO, Self, TextIO, cast
+from typing import BinaryIO, TextIO, cast
 
 import can
 
 from rtec.closing import Closing
 from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
 from rtec.io import unreadable
-from rtec.link._log_formats import Direction, Line, Logged, read_asc, read_blf, read_candump
+from rtec.link._log_formats import Direction, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame
 from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic, Transport
-from rtec.units import PS_PER_NS, PS_PER_S
+from rtec.units import PS_PER_S
 
 __all__ = [
     "SIMULATED_ZERO_UNIX_S",
     "Direction",
     "Existing",
     "Log",
-    "LogReader",
     "Logged",
     "Recorded",
     "read_log",
@@ -76,8 +77,6 @@ class Log(Closing):
         The file; its suffix chooses the format.
     zero_unix_s
         Unix time at which the clock of the frames is zero: `wall_zero_unix_s` for a live bus.
-    channel
-        Name of the bus in a candump log.
     existing
         Whether a file that is there already is replaced.
 
@@ -103,13 +102,11 @@ class Log(Closing):
         path: str | Path,
         *,
         zero_unix_s: float = SIMULATED_ZERO_UNIX_S,
-        channel: str = "can0",
         existing: Existing = Existing.REFUSE,
     ) -> None:
         self._path = Path(path)
         self._suffix = _suffix(self._path)
         self._zero_unix_s = zero_unix_s
-        self._channel = channel
         self._begun = False
         self._writer: can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter | None = None
         try:
@@ -167,9 +164,7 @@ class Log(Closing):
     def _create(self, mode: str) -> can.CanutilsLogWriter | can.ASCWriter | can.BLFWriter:
         if self._suffix != ".blf":
             text = cast(TextIO, open(self._path, mode, encoding="utf-8", newline="\n"))
-            return (
-                can.ASCWriter(text) if self._suffix == ".asc" else can.CanutilsLogWriter(text, channel=self._channel)
-            )
+            return can.ASCWriter(text) if self._suffix == ".asc" else can.CanutilsLogWriter(text, channel="can0")
         file = cast(BinaryIO, open(self._path, mode + "b"))
         try:
             writer = can.BLFWriter(file)
@@ -248,51 +243,8 @@ class Recorded(Closing):
             self._log.close()
 
 
-class LogReader:
-    """An iterator over the classic data frames of a log; `read_log` makes it."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.frames = 0
-        """Frames read so far."""
-        self.passed_over = 0
-        """Remote, error and CAN FD frames, which are not ours."""
-        self._lines = _READERS[_suffix(path)](path)
-        self._first_ns: int | None = None
-
-    def __iter__(self) -> Self:
-        return self
-
-    def __next__(self) -> Logged:
-        while True:
-            line = self._next_line()
-            if line.frame is None:
-                self.passed_over += 1
-                continue
-            self._first_ns = line.time_ns if self._first_ns is None else self._first_ns
-            time_ps = (line.time_ns - self._first_ns) * PS_PER_NS
-            if abs(time_ps) > _LONGEST_PS:
-                raise self._with_count(
-                    FileFormatError(self.path, None, "a frame lies 104 days off the first", "a shorter log")
-                )
-            self.frames += 1
-            return Logged(frame=line.frame, time_ps=time_ps, direction=line.direction)
-
-    def _next_line(self) -> Line:
-        try:
-            return next(self._lines)
-        except FileFormatError as error:
-            raise self._with_count(error) from None
-        except OSError as error:
-            raise unreadable(self.path, error, "a log") from None
-
-    def _with_count(self, error: FileFormatError) -> FileFormatError:
-        whole = f"{self.frames} frame{'' if self.frames == 1 else 's'} before it read well"
-        return FileFormatError(self.path, error.line, f"{error.problem}; {whole}", error.allowed)
-
-
-def read_log(path: str | Path) -> LogReader:
-    r"""Read a log frame by frame, in bounded memory.
+def read_log(path: str | Path) -> Iterator[Logged]:
+    r"""Read the classic data frames of a log one by one, in bounded memory; others are passed over.
 
     Parameters
     ----------
@@ -317,7 +269,24 @@ def read_log(path: str | Path) -> LogReader:
     rtec.errors.FileFormatError: ...trip.log, line 2: the log is cut off: '(1.010000) can0 121#' has no end; 1 ...
     """
     log = Path(path)
-    reader = LogReader(log)
+    read = _READERS[_suffix(log)]
     if log.exists() and not log.is_file():  # reading a pipe would block
         raise FileFormatError(path, None, "this is no regular file", "a log")
-    return reader
+    return _since_the_first(log, read(log))
+
+
+def _since_the_first(path: Path, log: Iterator[Logged]) -> Iterator[Logged]:
+    """Yield frames at their times since the first one; an error says how many came before it."""
+    frames, zero_ps = 0, 0
+    try:
+        for logged in log:
+            zero_ps = zero_ps if frames else logged.time_ps
+            if abs(logged.time_ps - zero_ps) > _LONGEST_PS:
+                raise FileFormatError(path, None, "a frame lies 104 days off the first", "a shorter log")
+            frames += 1
+            yield replace(logged, time_ps=logged.time_ps - zero_ps)
+    except FileFormatError as error:
+        whole = f"{frames} frame{'' if frames == 1 else 's'} before it read well"
+        raise FileFormatError(path, error.line, f"{error.problem}; {whole}", error.allowed) from None
+    except OSError as error:
+        raise unreadable(path, error, "a log") from None

@@ -102,13 +102,11 @@ def test_what_python_can_writes_is_read(tmp_path, suffix, count):
             logger(can.Message(timestamp=1.7e9 + k / 64, is_fd=True, arbitration_id=1, data=bytes(64)))
             logger(can.Message(timestamp=1.7e9 + k / 64, is_remote_frame=True, arbitration_id=1, dlc=3))
             logger(can.Message(timestamp=1.7e9 + k / 64, is_error_frame=True))
-    reader = read_log(path)
-    got = list(reader)
+    got = list(read_log(path))
     assert [logged.frame for logged in got] == [
         Frame(identifier=k % 0x800, data=bytes([k % 256] * 8)) for k in range(count)
     ]
     assert all(abs(logged.time_ps - k * S // 64) <= US for k, logged in enumerate(got))
-    assert (reader.frames, reader.passed_over) == (count, 3 * count)
 
 
 def test_candump_of_can_utils(tmp_path):
@@ -117,8 +115,7 @@ def test_candump_of_can_utils(tmp_path):
         "(1436509052.249713) vcan0 044#2A366C2BBA\n(1436509052.449847) vcan0 00000123#R\n\n"
         "(1436509053.850870) can-1 1F334455#1122334455667788 T\n(1436509054.0) c 20000004#0000\n"
     )
-    reader = read_log(path)
-    got = [plain(logged) for logged in reader]
+    got = [plain(logged) for logged in read_log(path)]
     assert got == [
         (Frame(identifier=0x44, data=bytes.fromhex("2A366C2BBA")), 0, Direction.RECEIVED),
         (
@@ -131,7 +128,6 @@ def test_candump_of_can_utils(tmp_path):
             Direction.SENT,
         ),
     ]
-    assert reader.passed_over == 2
 
 
 @pytest.mark.parametrize(("times", "wanted_ms"), [("absolute", [0, 500, 1000]), ("relative", [0, 1100, 2600])])
