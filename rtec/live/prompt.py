@@ -10,17 +10,31 @@ import functools
 import os
 import signal
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from prompt_toolkit import Application
+from prompt_toolkit.application import run_in_terminal
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import WordCompleter
+from prompt_toolkit.data_structures import Size
+from prompt_toolkit.filters import Condition
+from prompt_toolkit.formatted_text import ANSI, AnyFormattedText
+from prompt_toolkit.history import FileHistory, History, InMemoryHistory
+from prompt_toolkit.input import Input, create_input
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout import (
+    BufferControl,
+    ConditionalContainer,
+    FormattedTextControl,
+    HSplit,
+    Layout,
+    Window,
+)
+from prompt_toolkit.layout.processors import AfterInput, BeforeInput
+from prompt_toolkit.output import Output
+from prompt_toolkit.output.vt100 import Vt100_Output
 
 from rtec.live.incoming import Incoming
-
-if TYPE_CHECKING:
-    from prompt_toolkit import Application
-    from prompt_toolkit.formatted_text import AnyFormattedText
-    from prompt_toolkit.history import History
-    from prompt_toolkit.input import Input
-    from prompt_toolkit.key_binding import KeyBindings
-    from prompt_toolkit.output import Output
 
 WORDS = (
     "go", "home", "switch on", "switch off", "power on", "power off", "restart", "trip", "fault", "clear", "wait",
@@ -41,8 +55,6 @@ def history_file() -> Path:
 
 def _history() -> History:
     """Return the orders of earlier runs; those of this one only, where they cannot be kept."""
-    from prompt_toolkit.history import FileHistory, InMemoryHistory  # noqa: PLC0415 - 0.1 s, only where one types
-
     try:
         file = history_file()
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -96,8 +108,6 @@ class Prompt:
 
     async def _print(self, printing: asyncio.Queue[list[str]]) -> None:
         """Write lines above the prompt; none at all end it."""
-        from prompt_toolkit.application import run_in_terminal  # noqa: PLC0415 - as above
-
         output = self.application.output
         while lines := await printing.get():
             await run_in_terminal(functools.partial(_write, output, lines))
@@ -118,21 +128,6 @@ class Prompt:
         os.write(self._lines_to, f"{line}\n".encode())
 
     def _application(self, keyboard: Input, terminal: Output) -> Application[None]:
-        from prompt_toolkit import Application  # noqa: PLC0415 - as above
-        from prompt_toolkit.buffer import Buffer  # noqa: PLC0415 - as above
-        from prompt_toolkit.completion import WordCompleter  # noqa: PLC0415 - as above
-        from prompt_toolkit.filters import Condition  # noqa: PLC0415 - as above
-        from prompt_toolkit.formatted_text import ANSI  # noqa: PLC0415 - as above
-        from prompt_toolkit.layout import (  # noqa: PLC0415 - as above
-            BufferControl,
-            ConditionalContainer,
-            FormattedTextControl,
-            HSplit,
-            Layout,
-            Window,
-        )
-        from prompt_toolkit.layout.processors import AfterInput, BeforeInput  # noqa: PLC0415 - as above
-
         def accept(buffer: Buffer) -> bool:
             self._send(buffer.text)
             return False  # the line is emptied for the next one
@@ -157,9 +152,7 @@ class Prompt:
             output=terminal,
         )
 
-    def _keys(self, buffer: Any) -> KeyBindings:
-        from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent  # noqa: PLC0415 - as above
-
+    def _keys(self, buffer: Buffer) -> KeyBindings:
         keys = KeyBindings()
 
         @keys.add("c-c")
@@ -188,10 +181,6 @@ def _write(output: Output, lines: list[str]) -> None:
 
 def run(keys_from: int, lines_to: int, owner: int) -> None:
     """Show a prompt until nothing more comes on standard input."""
-    from prompt_toolkit.data_structures import Size  # noqa: PLC0415 - as above
-    from prompt_toolkit.input import create_input  # noqa: PLC0415 - as above
-    from prompt_toolkit.output.vt100 import Vt100_Output  # noqa: PLC0415 - as above
-
     with open(keys_from, closefd=False) as keys, open(1, "w", closefd=False) as terminal:
 
         def size() -> Size:
