@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from rtec.conformance._icarus_memory import memory_of
-from rtec.conformance._programs import Program, hear
+from rtec.conformance._programs import Program
 from rtec.conformance._verilog_runs import (
     BUILD_S,
     SETTLE_TICKS,
@@ -64,19 +65,33 @@ class Icarus:
         return played
 
     def _side_by_side(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
-        programs = []
         command = ["vvp", "-n", str(self._program)]
-        for stimulus in stimuli:
-            program = self._shop.begin(lambda out: [*command, f"+rtec_out=/dev/fd/{out}"], folder=self._cwd)
-            rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist(), (0, 0, 0)]
-            program.ask("".join(f"{t_ps} {kind} {value}\n" for t_ps, kind, value in rows).encode("ascii"))
-            programs.append(program)
-        hear(programs, is_whole=lambda _: False, silent_s=SILENT_S, most_bytes=most_bytes(stimuli))
-        return [_runs(program) for program in programs]
+        programs = [
+            self._shop.begin(lambda out: [*command, f"+rtec_out=/dev/fd/{out}"], folder=self._cwd) for _ in stimuli
+        ]
+
+        def answer_of(program: Program, stimulus: Stimulus) -> bytes:
+            return program.answer_to(
+                _stream(stimulus), is_whole=lambda _: False, silent_s=SILENT_S, most_bytes=most_bytes(stimuli)
+            )
+
+        with ThreadPoolExecutor(len(programs)) as pool:
+            try:
+                answers = list(pool.map(answer_of, programs, stimuli))
+            except BaseException:
+                for program in programs:
+                    program.kill()
+                raise
+        return [_runs(*pair) for pair in zip(programs, answers, strict=True)]
 
 
-def _runs(program: Program) -> Runs:
-    text = program.answer.decode("ascii", "replace")
+def _stream(stimulus: Stimulus) -> bytes:
+    rows = [(stimulus.until_ps, 0, stimulus.edges.initial), *stream_rows(stimulus).tolist(), (0, 0, 0)]
+    return "".join(f"{t_ps} {kind} {value}\n" for t_ps, kind, value in rows).encode("ascii")
+
+
+def _runs(program: Program, answer: bytes) -> Runs:
+    text = answer.decode("ascii", "replace")
     whole = text[: text.rfind("\n") + 1].translate(_UNKNOWN)
     played = np.array(whole.split(), np.int64).reshape(-1, 6)
     if program.code is not None and played.size and played[-1, 0] in {3, 4}:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.conformance._programs import Program, hear
+from rtec.conformance._programs import Program
 from rtec.conformance._verilog_runs import BUILD_S, SETTLE_TICKS, SILENT_S, Runs, build_error, most_bytes, stream_rows
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Active, Pins, Port
@@ -89,10 +89,9 @@ class Verilator:
             self._running = self._shop.begin(lambda out: [str(self._program), str(out)], folder=self._cwd)
         program = self._running
         numbers = np.concatenate([_stream(stimulus) for stimulus in stimuli])
-        program.ask(np.append(numbers.size, numbers).tobytes())
-        hear([program], is_whole=_is_whole, silent_s=SILENT_S, most_bytes=most_bytes(stimuli))
-        values = np.frombuffer(bytes(program.answer[: len(program.answer) // _ROW * _ROW]), np.int64)
-        rows = values.reshape(-1, 6)
+        question = np.append(numbers.size, numbers).tobytes()
+        answer = program.answer_to(question, is_whole=_is_whole, silent_s=SILENT_S, most_bytes=most_bytes(stimuli))
+        rows = np.frombuffer(answer[: len(answer) // _ROW * _ROW], np.int64).reshape(-1, 6)
         ends = np.flatnonzero((rows[:, 0] == 3) | (rows[:, 0] == 4)) + 1
         runs = np.split(rows, ends)
         whole = min(len(ends) // _PLAYS, len(stimuli))
