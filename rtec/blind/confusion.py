@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from types import MappingProxyType
 
 import numpy as np
 
@@ -27,12 +26,8 @@ from rtec.metrology import Measurement
 Progress = Callable[[str, float], None]
 Refit = Callable[[Measurement, tuple[str, ...]], tuple[float, float]]
 """Adds effects to an empty model, refits; returns held-out RMS and noise floor in the same unit."""
-Examine = Callable[[Answer, Secret], object]
-"""Takes down what else an answer says, beside what was hidden."""
-Known = Mapping[tuple[str, int], Game]
-"""Games that were played before, by the title of their line and their trial."""
-Record = Callable[[str, Game], None]
-"""Takes down a game of the line of this title, as soon as it was played."""
+Play = Callable[[JobPool, Sequence["GameJob"]], Iterator[Game]]
+"""Plays games of one line, in the order of their trials."""
 MOST_TRIALS = 100_000
 MOST_WORKERS = 64
 MOST_PATIENCE = 100
@@ -85,11 +80,9 @@ def confusion(
     progress: Progress | None = None,
     *,
     refit: Refit | None = None,
-    examine: Examine | None = None,
     workers: int = 1,
     patience: int = 1,
-    known: Known = MappingProxyType({}),
-    record: Record | None = None,
+    play: Play = JobPool.results,
 ) -> Confusion:
     """Play each line ``trials`` times and count the right answers.
 
@@ -107,17 +100,13 @@ def confusion(
         Called with the line's title and the share of the whole that is done.
     refit
         Adds the true effects and says what is left.
-    examine
-        Takes down more of each answer: `Game.examined`.
     workers
         Processes that play at the same time, 1 to 64; the result does not depend on it. With more than one,
-        ``judge``, ``refit`` and ``examine`` have to be functions of a module.
+        ``judge`` and ``refit`` have to be functions of a module.
     patience
         Where games can be left out as too weak, up to so many times ``trials`` are played until ``trials`` count.
-    known
-        Games that are not played again.
-    record
-        Takes down each game that was played, in the order of the trials of its line.
+    play
+        Plays the games; it may know some of them already.
 
     Raises
     ------
@@ -138,51 +127,24 @@ def confusion(
     played = [line for line in lines if line.rule is not Rule.FLOOR or refit is not None]
     if not played:
         raise ArgumentError("lines", "none that can be played", "one or more; those of the noise floor need refit")
+    tell = progress or (lambda title, share: None)
     scores = []
     with JobPool(workers, processes=True) as pool:
         for number, line in enumerate(played):
-
-            def tell(share: float, number: int = number, line: Line = line) -> None:
-                if progress is not None:
-                    progress(line.title, (number + share) / len(played))
-
+            job = partial(GameJob, line=line, seed=seed, judge=judge, refit=refit)
             most = trials * (patience if line.above_detectable else 1)
-
-            def fresh(trials: Sequence[int], line: Line = line) -> Iterator[Game]:
-                job = partial(GameJob, line=line, seed=seed, judge=judge, refit=refit, examine=examine)
-                return pool.results([job(trial=trial) for trial in trials])
-
-            games = _games(line.title, trials, most, fresh, known, record, tell)
+            games: list[Game] = []
+            counted = 0
+            while counted < trials and len(games) < most:
+                tell(line.title, (number + counted / trials) / len(played))
+                batch = range(len(games), min(len(games) + trials - counted, most))
+                for game in play(pool, [job(trial=trial) for trial in batch]):
+                    games.append(game)
+                    counted += game.right is not None
+                    tell(line.title, (number + counted / trials) / len(played))
+            tell(line.title, (number + 1.0) / len(played))
             scores.append(scored(line, games))
     return Confusion(scores=tuple(scores), trials=trials, seed=seed)
-
-
-def _games(
-    title: str,
-    trials: int,
-    most: int,
-    fresh: Callable[[Sequence[int]], Iterator[Game]],
-    known: Known,
-    record: Record | None,
-    tell: Callable[[float], None],
-) -> list[Game]:
-    """Return the games of a line: as many as are needed until so many trials count, and no more than ``most``."""
-    games: list[Game] = []
-    counted = 0
-    while counted < trials and len(games) < most:
-        batch = range(len(games), min(len(games) + trials - counted, most))
-        played = iter(fresh([trial for trial in batch if (title, trial) not in known]))
-        for trial in batch:
-            tell(counted / trials)
-            one = known.get((title, trial))
-            if one is None:
-                one = next(played)
-                if record is not None:
-                    record(title, one)
-            games.append(one)
-            counted += one.right is not None
-    tell(1.0)
-    return games
 
 
 def scored(line: Line, games: Sequence[Game]) -> LineScore:
@@ -216,18 +178,19 @@ class GameJob:
     seed: int
     judge: Judge
     refit: Refit | None
-    examine: Examine | None
 
     def run(self) -> Game:
         """Play it."""
+        return self.played()[0]
+
+    def played(self) -> tuple[Game, Answer | None, Secret]:
+        """Play it; return how the judge did, what it answered where it was asked, and what was hidden."""
         line, trial, refit = self.line, self.trial, self.refit
         own_seed = seed_of(self.seed, line.title, trial)
         scenario = line.scenario(trial, own_seed)
         measurement, secret = play(scenario, own_seed)
         right: bool | None
-        effects: tuple[str, ...] = ()
-        verdict = ""
-        examined: object = None
+        answer: Answer | None = None
         if line.rule is Rule.FLOOR and refit is not None:
             right, said = _at_floor(*refit(measurement, secret.names))
         else:
@@ -236,21 +199,18 @@ class GameJob:
             right = is_right(line.rule, answer, secret, repeated=plan.repeated, span_mm=plan.span_mm)
             if line.above_detectable and _too_weak(answer, secret):
                 right = None
-            effects, verdict = answer.effects, answer.verdict
-            if self.examine is not None:
-                examined = self.examine(answer, secret)
-        return Game(
+        game = Game(
             trial=trial,
             seed=own_seed,
             plan=scenario.plan.name,
             hidden=truth_label(secret.names),
             said=said,
             right=right,
-            effects=effects,
+            effects=answer.effects if answer else (),
             names=secret.names,
-            verdict=verdict,
-            examined=examined,
+            verdict=answer.verdict if answer else "",
         )
+        return game, answer, secret
 
 
 def seed_of(seed: int, title: str, trial: int) -> int:

@@ -68,8 +68,6 @@ class Game:
         What was hidden, one by one.
     verdict
         Of the judge; empty where none was asked for.
-    examined
-        What else was taken down of the answer; None where nothing was asked for.
     """
 
     trial: int
@@ -81,7 +79,6 @@ class Game:
     effects: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     verdict: str = ""
-    examined: object = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

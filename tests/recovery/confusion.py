@@ -32,8 +32,8 @@ from rtec.blind import (
 from rtec.blind.judged import judged, refitted
 from rtec.errors import RtecError
 from rtec.report.rendering import markdown_page
-from tests.recovery.evidence import evidence, evidence_of
-from tests.recovery.record import appending, comparison, paired, read_games
+from tests.recovery.evidence import evidence
+from tests.recovery.record import appending, comparison, going_on, paired, read_games
 
 TRIALS = 200
 PATIENCE = 4
@@ -156,11 +156,11 @@ def _played(lines: tuple[Line, ...], given: argparse.Namespace) -> tuple[Confusi
         given.seed,
         tell,
         refit=refitted,
-        examine=evidence_of,
         workers=given.workers,
         patience=PATIENCE,
-        known={} if given.resume is None else read_games(given.resume, given.seed),
-        record=None if given.resume is None else appending(given.resume),
+        play=going_on({})
+        if given.resume is None
+        else going_on(read_games(given.resume, given.seed), appending(given.resume)),
     )
     return result, time.monotonic() - begun
 

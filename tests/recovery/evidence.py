@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 
 from rtec.blind import Answer, Game, Secret
 from rtec.blind.answer import WAVES, wrong_names
+from rtec.blind.confusion import GameJob
 from rtec.blind.tables import share_cells
 from rtec.inference.results import Value
 
@@ -188,9 +189,29 @@ def evidence_of(answer: Answer, secret: Secret) -> Evidence:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExaminedGame(Game):
+    """A game, and what its answer says in numbers."""
+
+    examined: Evidence
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExaminedJob:
+    """A game that is examined as it is played."""
+
+    job: GameJob
+
+    def run(self) -> ExaminedGame:
+        """Play it."""
+        game, answer, secret = self.job.played()
+        examined = Evidence() if answer is None else evidence_of(answer, secret)
+        return ExaminedGame(**{field.name: getattr(game, field.name) for field in fields(Game)}, examined=examined)
+
+
 def told_by(game: Game) -> Evidence:
-    """Return what the answer of a game says in numbers; nothing where none was asked for."""
-    return game.examined if isinstance(game.examined, Evidence) else Evidence()
+    """Return what the answer of a game says in numbers; nothing where it was not examined."""
+    return game.examined if isinstance(game, ExaminedGame) else Evidence()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

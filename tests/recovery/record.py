@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rtec.blind import Game
-from rtec.blind.confusion import Known, Record, seed_of
+from rtec.blind.confusion import GameJob, Play, seed_of
 from rtec.errors import FileFormatError
 from rtec.io import json_text, parse_json, read_bytes, read_text, write_bytes
-from tests.recovery.evidence import Belief, Evidence, Figure, Wave, told_by
+from rtec.jobs import JobPool
+from tests.recovery.evidence import Belief, Evidence, ExaminedGame, ExaminedJob, Figure, Wave, told_by
+
+Known = Mapping[tuple[str, int], Game]
+"""Games that were played before, by the title of their line and their trial."""
+Record = Callable[[str, Game], None]
+"""Takes down a game of the line of this title, as soon as it was played."""
 
 _ALLOWED = "games of these lines and this seed, as the command writes them"
 _NESTED = {"waves": Wave, "figures": Figure, "beliefs": Belief}
@@ -21,7 +27,7 @@ _NESTED = {"waves": Wave, "figures": Figure, "beliefs": Belief}
 def game_line(title: str, game: Game) -> str:
     """Return a game as one line of JSON."""
     document = {"line": title, **dataclasses.asdict(game), **dataclasses.asdict(told_by(game))}
-    del document["examined"]
+    document.pop("examined", None)
     return json_text(document) + "\n"
 
 
@@ -39,6 +45,22 @@ def appending(path: Path) -> Record:
             file.write(game_line(title, game))
 
     return append
+
+
+def going_on(known: Known, record: Record | None = None) -> Play:
+    """Return what plays the games that are not known, examines them, and has each taken down."""
+
+    def play(pool: JobPool, jobs: Sequence[GameJob]) -> Iterator[Game]:
+        fresh = iter(pool.results([ExaminedJob(job=job) for job in jobs if (job.line.title, job.trial) not in known]))
+        for job in jobs:
+            game = known.get((job.line.title, job.trial))
+            if game is None:
+                game = next(fresh)
+                if record is not None:
+                    record(job.line.title, game)
+            yield game
+
+    return play
 
 
 def read_games(path: Path, seed: int) -> dict[tuple[str, int], Game]:
@@ -75,7 +97,7 @@ def _game_from(document: dict[str, Any]) -> tuple[str, Game]:
     title = str(document.pop("line"))
     told = Evidence(**{key: tuple(kind(**one) for one in document.pop(key)) for key, kind in _NESTED.items()})
     document["effects"], document["names"] = tuple(document["effects"]), tuple(document["names"])
-    return title, Game(**document, examined=told)
+    return title, ExaminedGame(**document, examined=told)
 
 
 def paired(here: Known, there: Known, titles: Sequence[str]) -> list[tuple[str, list[tuple[bool, bool]]]]:

@@ -20,7 +20,6 @@ from rtec.blind import (
 )
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import OF_AIR, OF_HEAT
-from rtec.blind.scored import Game
 from rtec.dataset.load import load_dataset
 from rtec.effects import effect_named
 from rtec.errors import FileFormatError
@@ -32,18 +31,18 @@ from tests.recovery.evidence import (
     TRUTHS,
     Belief,
     Evidence,
+    ExaminedGame,
     Figure,
     Wave,
     beliefs_of,
     deciles_of,
     evidence,
-    evidence_of,
     figures_of,
     waves_of,
 )
-from tests.recovery.record import appending, comparison, game_line, mcnemar, paired, read_games
+from tests.recovery.record import appending, comparison, game_line, going_on, mcnemar, paired, read_games
 
-GAME = Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True)
+GAME = ExaminedGame(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True, examined=Evidence())
 
 
 def secret(name, **numbers):
@@ -167,25 +166,23 @@ VALUED = Answer(
 
 def test_games_are_written_down_and_not_played_again(tmp_path):
     file = tmp_path / "games.jsonl"
-    whole = confusion([LINE], 3, lambda _: VALUED, examine=evidence_of, record=appending(file))
+    whole = confusion([LINE], 3, lambda _: VALUED, play=going_on({}, appending(file)))
     assert len(file.read_text().splitlines()) == 3
     with file.open("a") as torn:
         torn.write(game_line(LINE.title, whole.scores[0].games[0])[:40])
     known = read_games(file, 0)
     assert known == {("a line", game.trial): game for game in whole.scores[0].games}
     asked = []
-    more = confusion(
-        [LINE], 5, lambda m: (asked.append(m), VALUED)[1], known=known, examine=evidence_of, record=appending(file)
-    )
+    more = confusion([LINE], 5, lambda m: (asked.append(m), VALUED)[1], play=going_on(known, appending(file)))
     assert len(asked) == 2
     assert [json.loads(line)["trial"] for line in file.read_text().splitlines()] == [0, 1, 2, 3, 4]
-    assert more == confusion([LINE], 5, lambda _: VALUED, examine=evidence_of)
+    assert more == confusion([LINE], 5, lambda _: VALUED, play=going_on({}))
 
 
 def test_a_record_of_other_games_is_refused(tmp_path):
     file = tmp_path / "games.jsonl"
     assert read_games(file, 0) == {}
-    confusion([LINE], 1, lambda _: VALUED, examine=evidence_of, record=appending(file))
+    confusion([LINE], 1, lambda _: VALUED, play=going_on({}, appending(file)))
     with pytest.raises(FileFormatError, match="not played with --seed 1"):
         read_games(file, 1)
     file.write_text(file.read_text() + "{}\n")
@@ -201,9 +198,7 @@ def test_games_left_out_are_replaced_whether_known_or_not(tmp_path):
         return lambda _: Answer("NAMED", ("scale",), detectable_um={"scale": next(answers)})
 
     def play_on(answers, trials, known):
-        given = confusion(
-            [line], trials, judge(answers), patience=3, known=known, examine=evidence_of, record=appending(file)
-        )
+        given = confusion([line], trials, judge(answers), patience=3, play=going_on(known, appending(file)))
         return given.scores[0]
 
     first = play_on(itertools.cycle([99.0, 0.1]), 2, {})
