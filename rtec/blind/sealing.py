@@ -18,8 +18,7 @@ from typing import Any
 
 from rtec.blind.game import again, play
 from rtec.blind.hidden import Hidden, Parameter, Secret
-from rtec.blind.scenario import Scenario, scenario_of
-from rtec.blind.scenario_document import scenario_document, scenario_from
+from rtec.blind.scenario import Scenario, scenario_document, scenario_from, scenario_of
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.io import json_text, parse_json, read_bytes, read_text, write_text

@@ -188,7 +188,7 @@ def _write(run: Run | None, name: str, files: _Files) -> dict[str, str]:
 
             write_figure(partial(case_figure, run, name), file)
         else:
-            from rtec.conformance.waves import write_run
+            from rtec.conformance.trials import write_run
 
             write_run(run, file)
         made[kind] = str(file)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from rtec.conformance.contract import STATES, Contract
 from rtec.conformance.judge import Fault, Judgement, judge
 from rtec.conformance.streams import Stream
 from rtec.injector import Algorithm, Response
+from rtec.injector.waves import rows_of_streams, write_waves
+from rtec.signal import VcdSignal
 from rtec.units import PS_PER_S
 
 _FIRST_LOOK_PS, _LONGEST_LOOK_PS = 100_000_000, PS_PER_S
@@ -210,3 +213,37 @@ class Trials:
         changes = ours.times_ps[(ours.times_ps >= begin_ps) & (ours.times_ps <= booked_ps)]
         end_ps = int(changes[-1]) if changes.size else booked_ps
         return begin_ps, max(end_ps, begin_ps + 1)
+
+
+def write_run(run: Run, file: Path) -> None:
+    """Write what went in and what came out: lines, states, counts, totals, insertions, and the moment of a fault.
+
+    Parameters
+    ----------
+    run
+        Made by `Trials`.
+    file
+        One that exists is replaced once the new one is complete.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from rtec.conformance.built_in import BuiltIn
+    >>> from rtec.injector import Design, InjectorSettings, Timing
+    >>> trials = Trials(BuiltIn(InjectorSettings(design=Design.C, timing=Timing())), Contract.of(Design.C))
+    >>> file = Path(tempfile.mkdtemp()) / "run.vcd"
+    >>> write_run(trials.one(Case(title="at rest", stream=Stream.read("00 1us:r1 9ms:end"))), file)
+    >>> file.read_text().splitlines()[1]
+    '$timescale 100 ns $end'
+    """
+    stimulus, response, violation = run.case.stream.stimulus(), run.response, run.judgement.violation
+    rows = rows_of_streams(stimulus.edges, response.edges, stimulus.requests, response.completed)
+    at_ps = np.array([] if violation is None else [violation.time_ps], np.int64)
+    failed = VcdSignal(scope="check", name="failed"), at_ps, np.ones(at_ps.size, np.int64)
+    initial = stimulus.edges.initial, response.edges.initial
+    write_waves(file, rows, initial=initial, end_ps=run.case.stream.until_ps, beside=[failed])

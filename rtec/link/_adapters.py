@@ -230,20 +230,12 @@ class ReadAhead:
         self._data, self._position = b"", 0
         self._port.reset_input_buffer()
 
-    def write(self, data: bytes) -> int:
-        """Write ``data`` within the time allowed."""
-        return int(self._port.write(data))
-
     def flush(self) -> None:
         """Do not wait until the last bit is out: 2 ms at 115200 bit/s, endless where nothing reads."""
 
-    def fileno(self) -> int:
-        """Return the file descriptor."""
-        return int(self._port.fileno())
-
-    def close(self) -> None:
-        """Close the port."""
-        self._port.close()
+    def __getattr__(self, name: str) -> Any:
+        """Do all else as the port does it."""
+        return getattr(self._port, name)
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:

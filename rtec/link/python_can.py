@@ -123,13 +123,7 @@ class PythonCanTransport(Closing):
         return time.monotonic_ns() * PS_PER_NS
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, or drop and count it where the way to the bus is full.
-
-        Raises
-        ------
-        LinkError
-            The bus has vanished, or the transport is closed.
-        """
+        """Send a frame, or drop and count it where the way to the bus is full."""
         self._refuse_when_gone()
         if not self._has_room():
             self._drop()
@@ -147,13 +141,7 @@ class PythonCanTransport(Closing):
         self._traffic.sent += 1
 
     def receive(self, until_ps: int) -> Received | None:
-        """Return the next classic data frame that arrives until ``until_ps``, or None at that time.
-
-        Raises
-        ------
-        LinkError
-            The bus has vanished, or the transport is closed, also by another thread meanwhile.
-        """
+        """Return the next classic data frame that arrives until ``until_ps``, or None at that time."""
         with self._receiving:
             while True:
                 self._refuse_when_gone()

@@ -347,13 +347,7 @@ class SimulatedTransport(Closing):
         return self._bus.now_ps
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, or drop and count it where too many wait or the node is off the bus.
-
-        Raises
-        ------
-        LinkError
-            The transport is closed.
-        """
+        """Send a frame, or drop and count it where too many wait or the node is off the bus."""
         self._refuse_when_closed()
         self._blocked = len(self.backlog) >= BACKLOG
         if self._blocked:
@@ -367,13 +361,7 @@ class SimulatedTransport(Closing):
         self._bus._feed()  # noqa: SLF001 - the bus is the other half of this class
 
     def receive(self, until_ps: int) -> Received | None:
-        """Return the next frame that arrives until ``until_ps``, or None at that time.
-
-        Raises
-        ------
-        LinkError
-            The transport is closed.
-        """
+        """Return the next frame that arrives until ``until_ps``, or None at that time."""
         self._refuse_when_closed()
         if not self._inbox:
             now_ps = self._bus.now_ps

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from rtec.live.waveform_text import waveform_text
+from rtec.live.waveform_text import caption_of, waveform_text
 
 Document = Mapping[str, Any]
 
@@ -65,10 +65,10 @@ def _latest_waveform(axes: Sequence[Document], width: int) -> list[RenderableTyp
     if not inserted:
         return []
     axis = max(inserted, key=lambda one: int(one["insertion"][-1][0]))
-    changes = [(int(t), int(level), int(out)) for t, level, out in axis.get("insertion", ())]
-    text = waveform_text(changes, most_columns=max(width - 8, 20))
-    if text is None:
-        return []
-    rows = [("A", text.a), ("B", text.b), ("A'", text.a_out), ("B'", text.b_out)]
-    head = Text(f"last insertion of axis {axis['axis']}: {text.caption}", style="dim")
-    return [head, *(Text(f"  {name:3}{row}", style="cyan" if name.endswith("'") else "") for name, row in rows)]
+    changes = [(int(t), int(level), int(out)) for t, level, out in axis["insertion"]]
+    rows = waveform_text(changes, most_columns=max(width - 8, 20))
+    head = Text(f"last insertion of axis {axis['axis']}: {caption_of(changes)}", style="dim")
+    return [
+        head,
+        *(Text(f"  {name:3}{row}", style="cyan" if name.endswith("'") else "") for name, row in rows.items()),
+    ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 HIGH, LOW = "▔", "▁"
@@ -13,35 +12,17 @@ _NARROWEST, _WIDEST = 2, 8
 _US = 1e6
 """Picoseconds in a microsecond."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WaveformText:
-    """Four lines of text of one length, and what they show.
-
-    Parameters
-    ----------
-    a, b
-        Of the encoder.
-    a_out, b_out
-        At the controller.
-    caption
-        How long the insertion took.
-    """
-
-    a: str
-    b: str
-    a_out: str
-    b_out: str
-    caption: str
+Change = tuple[int, int, int]
+"""Time in ps, levels at the encoder's side and at the controller's (A + 2 B)."""
 
 
-def waveform_text(changes: Sequence[tuple[int, int, int]], *, most_columns: int = 60) -> WaveformText | None:
-    r"""Draw the last changes, the latest at the right; None without any.
+def waveform_text(changes: Sequence[Change], *, most_columns: int = 60) -> dict[str, str]:
+    r"""Draw the last changes, the latest at the right, by name: A and B, and A' and B' at the controller.
 
     Parameters
     ----------
     changes
-        Time in ps, levels at the encoder's side and at the controller's (A + 2 B), in order.
+        In order of time; at least one.
     most_columns
         Longest text.
 
@@ -55,14 +36,11 @@ def waveform_text(changes: Sequence[tuple[int, int, int]], *, most_columns: int 
 
     >>> us = 10**6
     >>> text = waveform_text([(0, 0, 0), (9 * us, 0, 1), (10 * us, 0, 3), (11 * us, 0, 2), (12 * us, 0, 0)])
-    >>> print(text.a, text.a_out, text.b_out, text.caption, sep="\n")
+    >>> print(text["A"], text["A'"], text["B'"], sep="\n")
     ▁▁▁▁▁▁▁▁▁▁▁▁▁
     ▁▁▁▁▁▔▔▔▔▁▁▁▁
     ▁▁▁▁▁▁▁▔▔▔▔▁▁
-    the box changed its lines 4 times in 3.0 µs
     """
-    if not changes:
-        return None
     widths = [_width(after[0] - before[0]) for before, after in pairwise(changes)] + [_NARROWEST]
     first = len(changes) - 1
     while first > 0 and sum(widths[first - 1 :]) <= most_columns:
@@ -72,7 +50,7 @@ def waveform_text(changes: Sequence[tuple[int, int, int]], *, most_columns: int 
     def draw(side: int, bit: int) -> str:
         return "".join((HIGH if changes[k][side] & bit else LOW) * widths[k] for k in shown)
 
-    return WaveformText(a=draw(1, 1), b=draw(1, 2), a_out=draw(2, 1), b_out=draw(2, 2), caption=_caption(changes))
+    return {"A": draw(1, 1), "B": draw(1, 2), "A'": draw(2, 1), "B'": draw(2, 2)}
 
 
 def _width(time_ps: int) -> int:
@@ -80,7 +58,7 @@ def _width(time_ps: int) -> int:
     return min(max(round(_NARROWEST + 3 * decades), _NARROWEST), _WIDEST)
 
 
-def _caption(changes: Sequence[tuple[int, int, int]]) -> str:
+def caption_of(changes: Sequence[Change]) -> str:
     """Say how long the last insertion took: changes of the box's own, close together."""
     own = [after[0] for before, after in pairwise(changes) if before[1] == after[1] and before[2] != after[2]]
     if not own:

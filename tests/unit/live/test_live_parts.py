@@ -14,7 +14,7 @@ from rtec.live.orders import FAULTS, Word, carry_out, parse_order
 from rtec.live.picture import picture
 from rtec.live.programs import read_moves
 from rtec.live.stopping import StopWish
-from rtec.live.waveform_text import HIGH, LOW, waveform_text
+from rtec.live.waveform_text import HIGH, LOW, caption_of, waveform_text
 from rtec.live.words import ALARM_WORDS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Alarm, Station, StationSettings
@@ -117,22 +117,22 @@ def test_a_file_that_is_no_program(tmp_path):
 
 def test_waveform_shows_the_box_changing_its_lines():
     # an edge of the encoder, then an insertion of Design C: B then A inverted within 1 µs
-    text = waveform_text([(0, 0, 0), (100 * US, 1, 1), (108 * US, 1, 3), (109 * US, 1, 2), (300 * US, 3, 0)])
-    runs = [len(set(zip(text.a, text.a_out, strict=True))), len(set(zip(text.b, text.b_out, strict=True)))]
-    assert {len(row) for row in (text.a, text.b, text.a_out, text.b_out)} == {len(text.a)}
-    assert text.caption == "the box changed its lines 2 times in 1.0 µs"
+    changes = [(0, 0, 0), (100 * US, 1, 1), (108 * US, 1, 3), (109 * US, 1, 2), (300 * US, 3, 0)]
+    a, b, a_out, b_out = waveform_text(changes).values()
+    runs = [len(set(zip(a, a_out, strict=True))), len(set(zip(b, b_out, strict=True)))]
+    assert {len(row) for row in (a, b, a_out, b_out)} == {len(a)}
+    assert caption_of(changes) == "the box changed its lines 2 times in 1.0 µs"
     assert runs == [4, 3] or all(run > 2 for run in runs)
-    assert text.a[0] == LOW and text.a[-1] == HIGH and text.a_out[-1] == LOW
+    assert a[0] == LOW and a[-1] == HIGH and a_out[-1] == LOW
     # where the box has not touched them, both sides are the same
-    first = text.a.index(HIGH)
-    assert text.a[: first + 1] == text.a_out[: first + 1]
+    first = a.index(HIGH)
+    assert a[: first + 1] == a_out[: first + 1]
 
 
 def test_waveform_keeps_to_its_width():
     changes = [(k * 1000 * US, k & 3, k & 3) for k in range(40)]
-    assert len(waveform_text(changes, most_columns=50).a) <= 50
-    assert waveform_text([]) is None
-    assert "no change" in waveform_text(changes).caption
+    assert len(waveform_text(changes, most_columns=50)["A"]) <= 50
+    assert "no change" in caption_of(changes)
 
 
 def test_picture_holds_every_axis_and_what_is_typed():
