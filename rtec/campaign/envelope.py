@@ -14,10 +14,9 @@ from rtec.campaign import envelope_kernels as kernels
 from rtec.campaign.envelope_gate import Gate, gate_of
 from rtec.campaign.envelope_mechanism import Mechanism, mechanism_of
 from rtec.campaign.envelope_motion import InMotion, limit_in_motion
-from rtec.campaign.envelope_search import STEPS_PER_OCTAVE, Limit, halved, largest_safe
 from rtec.campaign.envelope_speeds import passing_alone, speeds_of
 from rtec.campaign.envelope_stand import Stand
-from rtec.campaign.envelope_trials import Bursts, Failure, Streams
+from rtec.campaign.envelope_trials import STEPS_PER_OCTAVE, Bursts, Failure, Limit, Streams, halved, largest_safe
 from rtec.checks import whole_within
 from rtec.conformance.frequencies import Does
 from rtec.conformance.speeds import Speeds

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec.campaign import envelope_kernels as kernels
-from rtec.campaign.envelope_search import largest_safe
 from rtec.campaign.envelope_stand import Longs, Moment, Motion, Stand, levels, shaken
-from rtec.campaign.envelope_trials import Streams
+from rtec.campaign.envelope_trials import Streams, largest_safe
 from rtec.signal import EdgeStream
 from rtec.units import PS_PER_S
 

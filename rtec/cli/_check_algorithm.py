@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rtec.cli._check_options import ContractOptions, Options, RunnerOptions
 from rtec.cli._parameters import apart
 from rtec.conformance.contract import Contract
 from rtec.errors import ArgumentError, meant
 from rtec.injector import Algorithm, Design
+
+if TYPE_CHECKING:
+    from rtec.cli.check import ContractOptions, Options, RunnerOptions
 
 _DESIGNS = tuple(design.value for design in Design)
 _FORMS = "file.py:Name, top.v, image.ihx, or a design of rtec: " + ", ".join(_DESIGNS)

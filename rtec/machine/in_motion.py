@@ -19,9 +19,8 @@ from rtec.axis.profile import plan_moves
 from rtec.board.board import START_UP_READINGS, reading_ps
 from rtec.errors import ArgumentError
 from rtec.injector._wave_kernels import COLUMNS, LEVEL_IN, LEVEL_OUT, TIME
-from rtec.machine.motion_run import MotionRun
 from rtec.machine.open_path import OpenPath
-from rtec.machine.open_run import box_of
+from rtec.machine.open_run import MotionRun, box_of
 
 _TAPE_ROWS = 4096
 _AIMED = (MotionKind.REVERSAL, MotionKind.ADVERSARY)

@@ -8,8 +8,7 @@ from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.judged_test import JudgedTest
 from rtec.metrology.laser_file import write_laser_file
 from rtec.metrology.measurement import Column, Measurement, Positions, direction_of_motion, measurement_of_readings
-from rtec.metrology.measurement_csv import write_measurement
-from rtec.metrology.measurement_file import read_measurement
+from rtec.metrology.measurement_file import read_measurement, write_measurement
 from rtec.metrology.measuring_plan import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_program import Dwell, Move, measuring_program, parse_program, read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined

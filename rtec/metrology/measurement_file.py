@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from rtec.errors import ArgumentError
-from rtec.io import read_any_text
+from rtec.io import read_any_text, write_lines
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Cells, Column, Measurement, measurement_of_readings
@@ -29,8 +29,7 @@ from rtec.metrology.tables.renishaw import is_renishaw_file, read_renishaw_text
 from rtec.metrology.tables.several import one_table
 from rtec.metrology.tables.table import Table
 from rtec.metrology.tables.unfolding import unfolded
-from rtec.metrology.tables.values import Values
-from rtec.metrology.tables.ways import counts_runs
+from rtec.metrology.tables.values import Values, counts_runs
 from rtec.metrology.tables.wide import Pass, passes_of, turned
 from rtec.metrology.tables.words import AXIS, plain_words
 from rtec.metrology.tables.workbook import is_workbook, tables_of_workbook
@@ -267,3 +266,43 @@ def _refuse_both(table: Table, index: int, meaning: Meaning, passes: list[Pass])
         problem = f"column {shown(table.headings[index])} may be the deviation, and {names} passes of deviations"
         allowed = f"{table.as_choice(index, 'ignore')} reads the passes; {table.as_choice(index, 'deviation_um')} it"
         raise table.refused(problem, allowed)
+
+
+def write_measurement(path: str | Path, measurement: Measurement) -> None:
+    """Write a measurement in the internal units, the known columns first; it reads back to the same numbers.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from rtec.metrology import Column
+    >>> file = Path(tempfile.mkdtemp()) / "x.csv"
+    >>> write_measurement(file, Measurement(source="", facts={"axis": "z"}, unknown={}, columns={
+    ...     "target": Column("target", "mm", np.array([25.4]))}))
+    >>> print(file.read_text().strip())
+    # axis: z
+    target_mm
+    25.4
+    """
+    facts = [f"# {key}: {line}" for key, value in measurement.facts.items() for line in value.split("\n")]
+    header = [column.heading for column in measurement.columns.values()] + [
+        _quoted(name) for name in measurement.unknown
+    ]
+    columns = [_written(column.values) for column in measurement.columns.values()]
+    columns += [_written(values) for values in measurement.unknown.values()]
+    write_lines(path, [*facts, ",".join(header), *(",".join(row) for row in zip(*columns, strict=True))])
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(sign in text for sign in '",') else text
+
+
+def _written(values: Cells) -> list[str]:
+    if values.dtype.kind == "U":
+        return [_quoted(str(value)) for value in values]
+    return [str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value) for value in values.tolist()]

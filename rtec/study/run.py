@@ -20,9 +20,8 @@ from rtec.machine.faults import Trigger
 from rtec.metrology import Readings, positioning_figures
 from rtec.predictors import BidirectionalTable
 from rtec.study.definition import Study
-from rtec.study.figures import feed_curve, hold_curve, waveform
+from rtec.study.figures import feed_curve, hold_curve, limit_of, waveform
 from rtec.study.learning import learn, learning_s, score
-from rtec.study.limits import limit_of
 from rtec.study.models import LATHE, LEARNED, TRUTH
 from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
 from rtec.units import PS_PER_S

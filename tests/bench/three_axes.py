@@ -25,7 +25,7 @@ from rtec.axis.encoder import Encoder
 from rtec.dataset.load import load_dataset
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.station_settings import StationSettings
-from rtec.metrology.measurement_csv import write_measurement
+from rtec.metrology.measurement_file import write_measurement
 from rtec.predictors import Predictor
 from rtec.report.figures_style import write_figure
 from rtec.training import all_methods, compare_predictors

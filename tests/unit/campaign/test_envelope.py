@@ -14,10 +14,9 @@ from rtec.campaign.envelope_gate import ramp
 from rtec.campaign.envelope_mechanism import Mechanism, own_changes
 from rtec.campaign.envelope_moments import armed_moments, loop_cycles
 from rtec.campaign.envelope_motion import broken_in
-from rtec.campaign.envelope_search import largest_safe
 from rtec.campaign.envelope_speeds import starts_are_right
 from rtec.campaign.envelope_stand import Motion, Stand, shaken
-from rtec.campaign.envelope_trials import Bursts, Streams, quarter_ps
+from rtec.campaign.envelope_trials import Bursts, Streams, largest_safe, quarter_ps
 from rtec.conformance.contract import Contract
 from rtec.conformance.frequencies import Does
 from rtec.conformance.judge import Fault, Judgement, Violation

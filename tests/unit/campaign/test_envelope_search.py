@@ -2,7 +2,7 @@
 
 import pytest
 
-from rtec.campaign.envelope_search import largest_safe
+from rtec.campaign.envelope_trials import largest_safe
 
 
 @pytest.mark.parametrize("limit_hz", [1_500.0, 26_999.0, 430_000.0])

@@ -7,7 +7,7 @@ import pytest
 import typer
 
 from rtec.cli import main
-from rtec.cli._help import EXAMPLE
+from rtec.cli._groups import EXAMPLE
 from rtec.cli._verbs import VERBS, application
 
 GROUP = typer.main.get_command(application())

@@ -18,8 +18,7 @@ from rtec.report.document import study_document
 from rtec.report.folder import write_report
 from rtec.requester.settings import HandshakeSettings
 from rtec.study import builtin_study, read_study, run_study
-from rtec.study.figures import feed_curve
-from rtec.study.limits import limit_of, steepest_slope
+from rtec.study.figures import feed_curve, limit_of, steepest_slope
 from rtec.study.run import _machine
 
 INCH_MIN = 25.4 / 60.0
