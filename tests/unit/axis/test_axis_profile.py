@@ -231,9 +231,9 @@ def test_the_thesis_program_joins_everywhere_and_plans_quickly(shape):
     places = [*targets, 40.1 * inch, *reversed(targets), 0.9 * inch] * 4
     blocks = [block for x in places for block in (Move(target_mm=x, feed_mm_s=50 * inch / 60), Dwell(seconds=6))]
     program = Program(blocks=blocks, start_mm=0.9 * inch)
-    before = time.perf_counter()
+    before = time.process_time()
     motion = plan(program, LIMITS, shape)
-    assert time.perf_counter() - before < 1.0
+    assert time.process_time() - before < 1.0
     reached = motion.position_at(motion.block_end_ps[::2])
     assert reached.tolist() == [block.target_mm for block in program.blocks[::2]]
     tau = motion.duration_ps / 1e12

@@ -393,11 +393,11 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, says):
 
 
 def test_keys_within_keys_take_neither_time_nor_memory(tmp_path):
-    begun = time.perf_counter()
+    begun = time.process_time()
     assert "line 1: 99994 dots" in refused(tmp_path, ".".join("a" * 99_995) + " = 1")
     lines = (".".join(f"{letter}" * MAX_DOTS) + " = 1" for letter in "abcdefghijklmnopqrstuvwxyz" * 7)
     refused(tmp_path, "\n".join(lines))
-    assert time.perf_counter() - begun < 20.0
+    assert time.process_time() - begun < 20.0
 
 
 def test_drive_models_refuse_deviations_and_negative_friction(tmp_path):

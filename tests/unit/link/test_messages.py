@@ -290,10 +290,10 @@ def test_every_field_of_every_message_is_compared(tmp_path):
     ],
 )
 def test_hostile_file_is_one_clear_error_soon(tmp_path, content, words):
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(FileFormatError, match=words) as error:
         MessageSet.load(write(tmp_path, content))
-    assert time.perf_counter() - began < 20
+    assert time.process_time() - began < 20
     assert "\n" not in str(error.value)
     assert len(str(error.value)) < 500
 
