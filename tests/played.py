@@ -3,8 +3,8 @@
 import numpy as np
 
 from rtec.conformance._python_child import Player
-from rtec.injector import Break, Response, Totals
-from rtec.signal import EdgeStream
+from rtec.conformance.python_class import response_of
+from rtec.injector import Response, Totals
 
 
 class InProcess:
@@ -20,13 +20,7 @@ class InProcess:
     def _one(self, stimulus):
         edges, asked = stimulus.edges, stimulus.requests
         given = (edges.times_ps, edges.levels, asked.times_ps, asked.totals, edges.initial, stimulus.until_ps, 0, 1)
-        changes, levels, done_ps, done, no_ps, no, first, broken_ps, reason = self.player.play(given)
-        return Response(
-            edges=EdgeStream(changes, levels, initial=first),
-            completed=Totals(done_ps, done),
-            refusals=tuple((int(t), self.player.reasons[code]) for t, code in zip(no_ps, no, strict=True)),
-            broken=None if broken_ps < 0 else Break(time_ps=broken_ps, reason=reason),
-        )
+        return response_of(self.player.play(given), self.player.reasons)
 
     def close(self):
         pass

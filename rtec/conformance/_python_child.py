@@ -1,11 +1,12 @@
-"""The process in which a user's Python algorithm runs: stimuli come in on one pipe, responses go out on another.
+"""The process in which a user's Python algorithm runs: stimuli come in on a pipe, and responses go back as bytes.
 
-It is started with the algorithm's file and class, the file descriptors of the pipes, and a file of three numbers in
+It is started with the algorithm's file and class, and the descriptors of the pipe and of a file of three numbers in
 memory that its parent watches: what it is doing, how many calls it has made, and the simulated time of the last one.
 """
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import inspect
 import mmap
@@ -14,8 +15,9 @@ import struct
 import sys
 import traceback
 from collections.abc import Callable
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +26,6 @@ from rtec.conformance._python_compiled import compiled_functions, record_of
 
 LOADING, COMPILING, PLAYING = 0, 1, 2
 WATCHED = struct.Struct("qqq")
-REQUEST = struct.Struct("qqqqqq")
-"""Edges, requests, level at power-up, end of the run in ps, period of the clock in ps as a ratio (0/1: none)."""
-ANSWER = struct.Struct("qqqqqq")
-"""Changes, completed totals, refusals, level at power-up, time of a break or -1, bytes of its reason."""
 MOST_CHANGES = 4_000_000
 MOST_BYTES = 3 << 30
 """Of memory that it may ask for, compiler included."""
@@ -158,11 +156,9 @@ class Player:
         try:
             record = record_of(self.kind())
             self.compiled = compiled_functions(self.kind, record, run)
-            # read-only, as what comes through the pipe is: other types would be compiled again
-            none, bytes_ = np.frombuffer(b"", np.int64), np.frombuffer(b"", np.uint8)
-            some = np.zeros(8, np.int64)
+            none, levels, some = np.zeros(0, np.int64), np.zeros(0, np.uint8), np.zeros(8, np.int64)
             loop, step = self.compiled
-            loop(step, record, none, bytes_, none, none, 0, 0, 0, 1, some, some, some, some, some, some, self.watched)
+            loop(step, record, none, levels, none, none, 0, 0, 0, 1, some, some, some, some, some, some, self.watched)
         except Exception as error:  # whatever a compiler says of a user's code
             self.compiled = None
             lines = [line.strip() for line in str(error).splitlines() if line.strip()]
@@ -271,44 +267,39 @@ def load(file: Path, name: str) -> Any:
     return found
 
 
-def main(file: str, name: str, from_parent: int, to_parent: int, watched_file: str) -> None:
+def main(file: str, name: str, link_to: int, watched_by: int) -> None:
     """Serve stimuli until the parent closes its pipe."""
     _limit_memory()
     # a copy would read the same stimuli, and make copies in its turn, until the machine has no room left
     os.register_at_fork(after_in_child=lambda: os._exit(0))
-    with open(watched_file, "r+b") as memory:
-        watched = np.frombuffer(mmap.mmap(memory.fileno(), WATCHED.size), np.int64)
-    with os.fdopen(from_parent, "rb") as source, os.fdopen(to_parent, "wb") as sink:
-        try:
-            player = Player(load(Path(file), name), watched)
-            note = player.compile()
-        except ImportError as error:
-            _say(sink, b"E", str(error))
-            return
-        _say(sink, b"R", "\n".join(player.reasons))
-        told = False
+    watched = np.frombuffer(mmap.mmap(watched_by, WATCHED.size), np.int64)
+    link = Connection(link_to)
+    try:
+        player = Player(load(Path(file), name), watched)
+        note = player.compile()
+    except ImportError as error:
+        _say(link, str(error), "")
+        return
+    _say(link, "", "\n".join(player.reasons))
+    played = False
+    with contextlib.suppress(EOFError, ConnectionResetError):
         while True:
-            head = source.read(REQUEST.size)
-            if len(head) < REQUEST.size:
-                return
-            edges, requests, power_up, until_ps, num, den = REQUEST.unpack(head)
-            edges_ps = np.frombuffer(source.read(8 * edges), np.int64)
-            levels = np.frombuffer(source.read(edges), np.uint8)
-            asked_ps, asked = (np.frombuffer(source.read(8 * requests), np.int64) for _ in range(2))
-            stimulus = (edges_ps, levels, asked_ps, asked, power_up, until_ps, num, den)
-            if not told:
-                if player.compiled is not None and not player.same_as_plain(stimulus):
-                    player.compiled = None
-                    note = "compiled code does not do the same (its integers have 64 bits)"
-                _say(sink, b"N", note)
-                told = True
-            *answers, first, broken_ps, reason = player.play(stimulus)
-            text = reason.encode()
-            sink.write(ANSWER.pack(answers[0].size, answers[2].size, answers[4].size, first, broken_ps, len(text)))
-            for array in answers:
-                sink.write(np.ascontiguousarray(array).tobytes())
-            sink.write(text)
-            sink.flush()
+            given = link.recv()
+            # as the loop was compiled for: not read-only
+            stimulus = (*(np.array(array) for array in given[:4]), *given[4:])
+            if not played and player.compiled is not None and not player.same_as_plain(stimulus):
+                player.compiled = None
+                note = "compiled code does not do the same (its integers have 64 bits)"
+            played = True
+            *arrays, first, broken_ps, reason = player.play(stimulus)
+            head = [*(array.size for array in arrays[::2]), first, broken_ps]
+            link.send_bytes(np.concatenate([head, *arrays], dtype=np.int64).tobytes())
+            _say(link, reason, note)
+
+
+def _say(link: Connection, *texts: str) -> None:
+    for text in texts:
+        link.send_bytes(text.encode(errors="replace"))
 
 
 def _limit_memory() -> None:
@@ -322,11 +313,5 @@ def _limit_memory() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
 
-def _say(sink: BinaryIO, kind: bytes, text: str) -> None:
-    coded = text.encode(errors="replace")
-    sink.write(kind + struct.pack("q", len(coded)) + coded)
-    sink.flush()
-
-
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), sys.argv[5])
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
