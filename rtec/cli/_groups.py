@@ -5,10 +5,12 @@ from __future__ import annotations
 import inspect
 import shutil
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 from typing import Any, ClassVar, Literal
 
 import typer
 from typer.core import TyperGroup
+from typer.models import ParameterInfo
 
 from rtec.cli._parameters import Verb
 
@@ -53,6 +55,12 @@ class OptionGroup:
     PANEL: ClassVar[str | None] = None
     """In which help shows them, where an option names no panel of its own."""
 
+    def __post_init__(self) -> None:
+        """Take the default of an option that nothing is said of."""
+        for item in fields(self):  # type: ignore[arg-type]  # a dataclass, as said above
+            if isinstance(option := getattr(self, item.name), ParameterInfo):
+                object.__setattr__(self, item.name, option.default)
+
 
 def verbs_under(
     frame: Callable[..., None], verbs: Mapping[str, Callable[..., Any] | typer.Typer], cls: type[TyperGroup]
@@ -87,8 +95,8 @@ def _parameters(of: Callable[..., Any], panel: str | None) -> Iterator[inspect.P
         if _is_group(hint):
             yield from _parameters(hint, hint.PANEL or panel)
             continue
-        for option in getattr(hint, "__metadata__", ()):
-            option.rich_help_panel = option.rich_help_panel or panel
+        if isinstance(one.default, ParameterInfo):
+            one.default.rich_help_panel = one.default.rich_help_panel or panel
         yield one.replace(annotation=hint, kind=inspect.Parameter.KEYWORD_ONLY)
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import Literal, cast
 
 import typer
 
@@ -14,15 +13,13 @@ from rtec.cli._kinds import Microcontroller
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
 
-Hex = Annotated[
-    Path,
-    typer.Argument(
-        metavar="IMAGE.hex",
-        help="Machine code as Intel HEX.",
-        show_default=False,
-        autocompletion=files_ending(".hex", ".ihx"),
-    ),
-]
+HEX = typer.Argument(
+    ...,
+    metavar="IMAGE.hex",
+    help="Machine code as Intel HEX.",
+    show_default=False,
+    autocompletion=files_ending(".hex", ".ihx"),
+)
 
 
 @contextmanager

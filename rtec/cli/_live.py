@@ -10,11 +10,10 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rtec.checks import whole_within
 from rtec.cli._console import note
-from rtec.cli._kinds import Design
 from rtec.cli._parameters import apart, design, flag, force, needs, option, quantity, time_ps, whole, written
 from rtec.errors import ArgumentError, LinkError
 from rtec.units import LENGTH, TIME, parse_quantity
@@ -37,7 +36,7 @@ LINE = "rtec"
 BUS, MACHINE, TIMES, OUTPUT = "The bus", "The machine", "Times and limits", "Output"
 
 
-def seconds(name: str, metavar: str, text: str, *, panel: str = TIMES) -> Any:
+def seconds(name: str, metavar: str, text: str, *, default: str | None = None) -> Any:
     """Return an option that takes a time above zero, in s."""
 
     def read(said: str) -> float:
@@ -46,7 +45,7 @@ def seconds(name: str, metavar: str, text: str, *, panel: str = TIMES) -> Any:
             raise ArgumentError(name, said, "more than 0 s, up to 100 days")
         return value
 
-    return option(name, metavar, text, panel=panel, read=read)
+    return option(name, metavar, text, default=default, panel=TIMES, read=read)
 
 
 def interface(text: str) -> Any:
@@ -54,35 +53,25 @@ def interface(text: str) -> Any:
     return option("--interface", "NAME", f"As python-can names it; without it, {text}", panel=BUS)
 
 
-OfChannel = Annotated[
-    str | None, option("--channel", "NAME", "Of the interface; without one, the line's name.", panel=BUS)
-]
-OfBitrate = Annotated[int | None, whole("--bitrate", "Of the interface, bit/s.", metavar="500000", panel=BUS)]
-OfDbc = Annotated[
-    Path | None, option("--dbc", "FILE.dbc", "A DBC of yours that must describe the same messages.", panel=BUS)
-]
-OfAxis = Annotated[int | None, whole("--axis", "Number of the one axis.", metavar="1", panel=MACHINE)]
-OfAxes = Annotated[int | None, whole("--axes", "Axes 1 to N.", metavar="3", panel=MACHINE)]
-OfDesign = Annotated[Design, design("Insertion design of the box.", panel=MACHINE)]
-OfCount = Annotated[float, quantity("--count", LENGTH, "1um", "Travel of one count of the encoder.", panel=MACHINE)]
-OfWindow = Annotated[
-    int, whole("--window", "Largest change of the request that is believed.", metavar="STEPS", panel=TIMES)
-]
-OfCycle = Annotated[
-    int, time_ps("--cycle", "10ms", "Between the frames of one kind; of box and PC alike.", panel=TIMES)
-]
-OfWatchdog = Annotated[
-    int | None,
-    time_ps("--watchdog", "50ms", "Longest silence of the other side, 3 to 6 cycles; 5 without it.", panel=TIMES),
-]
-OfDuration = Annotated[float | None, seconds("--duration", "10s", "End by itself after this time.")]
-OfLog = Annotated[
-    Path | None,
-    written("--log", "FILE", "Frames to a .log, .asc or .blf file.", endings=(".log", ".asc", ".blf"), panel=OUTPUT),
-]
-Force = Annotated[bool, force("Overwrite the log.", panel=OUTPUT)]
-Plain = Annotated[bool, flag("--plain", "Lines of events, no view.", panel=OUTPUT)]
-Json = Annotated[bool, flag("--json", "One JSON document on stdout at the end.", panel=OUTPUT)]
+CHANNEL = option("--channel", "NAME", "Of the interface; without one, the line's name.", panel=BUS)
+BITRATE = whole("--bitrate", "Of the interface, bit/s.", metavar="500000", panel=BUS)
+DBC = option("--dbc", "FILE.dbc", "A DBC of yours that must describe the same messages.", panel=BUS)
+AXIS = whole("--axis", "Number of the one axis.", metavar="1", panel=MACHINE)
+AXES = whole("--axes", "Axes 1 to N.", metavar="3", panel=MACHINE)
+DESIGN = design("Insertion design of the box.", panel=MACHINE, default="a")
+COUNT = quantity("--count", LENGTH, "1um", "Travel of one count of the encoder.", panel=MACHINE, default="1um")
+WINDOW = whole("--window", "Largest change of the request that is believed.", metavar="STEPS", panel=TIMES, default=3)
+CYCLE = time_ps(
+    "--cycle", "10ms", "Between the frames of one kind; of box and PC alike.", panel=TIMES, default="10ms"
+)
+WATCHDOG = time_ps(
+    "--watchdog", "50ms", "Longest silence of the other side, 3 to 6 cycles; 5 without it.", panel=TIMES
+)
+DURATION = seconds("--duration", "10s", "End by itself after this time.")
+LOG = written("--log", "FILE", "Frames to a .log, .asc or .blf file.", endings=(".log", ".asc", ".blf"), panel=OUTPUT)
+FORCE = force("Overwrite the log.", panel=OUTPUT)
+PLAIN = flag("--plain", "Lines of events, no view.", panel=OUTPUT)
+JSON = flag("--json", "One JSON document on stdout at the end.", panel=OUTPUT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

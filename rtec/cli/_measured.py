@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -32,23 +32,17 @@ def _counts_per_rev(said: str) -> str:
     return said
 
 
-Data = Annotated[
-    Path, typer.Argument(help="Measurement: CSV or other text, .xlsx, file of a laser system.", show_default=False)
-]
-DataFiles = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="DATA...",
-        help="Measurement: CSV or other text, .xlsx, file of a laser system. Several are held against the first.",
-        show_default=False,
-    ),
-]
-Seed = Annotated[int, whole("--seed", "Draws the readings that are looked at of a very long file.", low=0)]
-Json = Annotated[bool, flag("--json", "One JSON document on stdout, nothing else.")]
-ScrewPitch = Annotated[str | None, option("--screw-pitch", "'6.35 mm'", "Travel of a turn.", panel=_AXIS)]
-CountsPerRev = Annotated[
-    str | None, option("--counts-per-rev", "8192", "Counts of a turn.", panel=_AXIS, read=_counts_per_rev)
-]
+DATA = typer.Argument(..., help="Measurement: CSV or other text, .xlsx, file of a laser system.", show_default=False)
+DATA_FILES = typer.Argument(
+    ...,
+    metavar="DATA...",
+    help="Measurement: CSV or other text, .xlsx, file of a laser system. Several are held against the first.",
+    show_default=False,
+)
+SEED = whole("--seed", "Draws the readings that are looked at of a very long file.", low=0, default=0)
+JSON = flag("--json", "One JSON document on stdout, nothing else.")
+SCREW_PITCH = option("--screw-pitch", "'6.35 mm'", "Travel of a turn.", panel=_AXIS)
+COUNTS_PER_REV = option("--counts-per-rev", "8192", "Counts of a turn.", panel=_AXIS, read=_counts_per_rev)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,14 +51,12 @@ class AxisOptions(OptionGroup):
 
     PANEL = _AXIS
 
-    screw_pitch: ScrewPitch = None
-    scale_signal_period: Annotated[
-        str | None, option("--signal-period", "'20 um'", "Signal period of the scale.")
-    ] = None
-    counts_per_rev: CountsPerRev = None
-    reference_temperature: Annotated[
-        str | None, option("--reference-temperature", "'20 degC'", "At which lengths are nominal.")
-    ] = None
+    screw_pitch: str | None = SCREW_PITCH
+    scale_signal_period: str | None = option("--signal-period", "'20 um'", "Signal period of the scale.")
+    counts_per_rev: str | None = COUNTS_PER_REV
+    reference_temperature: str | None = option(
+        "--reference-temperature", "'20 degC'", "At which lengths are nominal."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,21 +65,14 @@ class ColumnOptions(OptionGroup):
 
     PANEL = "How the file is read, where rtec asks or takes a column for the wrong thing"
 
-    maps: Annotated[
-        list[str] | None,
-        option(
-            "--map",
-            "'HEADING=MEANING'",
-            "What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
-        ),
-    ] = None
-    sheet: Annotated[str | None, option("--sheet", "NAME", "Sheet of a workbook that has several.")] = None
-    table: Annotated[
-        int | None, whole("--table", "Number of the table, where a file or sheet has several.", low=1)
-    ] = None
-    decimal: Annotated[
-        str | None, option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.")
-    ] = None
+    maps: list[str] | None = option(
+        "--map",
+        "'HEADING=MEANING'",
+        "What a column is, such as 'nominal=target_mm', 'Dir=direction' or 'note=ignore'; may be repeated.",
+    )
+    sheet: str | None = option("--sheet", "NAME", "Sheet of a workbook that has several.")
+    table: int | None = whole("--table", "Number of the table, where a file or sheet has several.", low=1)
+    decimal: str | None = option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.")
 
     def choices(self, *, several: bool = False) -> ColumnChoices:
         """Return what they say of a file, or of several that need not all have every column.
@@ -122,16 +107,12 @@ class Inputs:
 class MeasuredOptions(OptionGroup):
     """Options that say what is explained of a measurement, by what, what judges it, and how files are read."""
 
-    model: Annotated[Path | None, option("--model", "M.toml", "Effects that are known; none without it.")] = None
-    heldout: Annotated[
-        Path | None, option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
-    ] = None
-    lock: Annotated[
-        bool, flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
-    ] = False
-    observe: Annotated[
-        str | None, option("--observe", "QUANTITY", "What is explained: deviation without it; force, current, ...")
-    ] = None
+    model: Path | None = option("--model", "M.toml", "Effects that are known; none without it.")
+    heldout: Path | None = option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
+    lock: bool = flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
+    observe: str | None = option(
+        "--observe", "QUANTITY", "What is explained: deviation without it; force, current, ..."
+    )
     axis: AxisOptions = AxisOptions()
     columns: ColumnOptions = ColumnOptions()
 

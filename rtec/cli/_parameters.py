@@ -35,22 +35,18 @@ _SAID = "rtec.said"
 _FIRMWARE = "firmware"
 
 
-def default(text: str) -> Any:
-    """Return what an option is taken to say where the user says nothing; it is read as if the user had written it."""
-    return text
-
-
 def option(
     names: str,
     metavar: str,
     text: str,
     *,
+    default: Any = None,
     panel: str | None = None,
     read: Callable[[str], Any] | None = None,
     complete: Completer | None = None,
     **more: Any,
 ) -> Any:
-    """Return an option.
+    """Return an option, as the default of a parameter.
 
     Parameters
     ----------
@@ -58,6 +54,8 @@ def option(
         Of the option, with spaces between; the first of them is used in messages.
     metavar, text, panel
         What help shows: the value, what it is, the panel.
+    default
+        What it is where the user says nothing; a text is read as if the user had written it. Required with ``...``.
     read
         Makes the value of the text; an `ArgumentError` of it is said as it is.
     complete
@@ -67,6 +65,7 @@ def option(
     """
     every = names.split()
     return typer.Option(
+        default,
         *every,
         metavar=metavar,
         help=text,
@@ -93,9 +92,9 @@ def _first(names: str) -> str:
     return names.partition(" ")[0]
 
 
-def flag(names: str, text: str, *, panel: str | None = None, **more: Any) -> Any:
+def flag(names: str, text: str, *, default: bool | None = False, panel: str | None = None, **more: Any) -> Any:
     """Return an option without a value."""
-    return typer.Option(*names.split(), help=text, rich_help_panel=panel, **more)
+    return typer.Option(default, *names.split(), help=text, rich_help_panel=panel, **more)
 
 
 def quantity(names: str, kind: Kind, metavar: str, text: str, **more: Any) -> Any:

@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -32,21 +32,17 @@ class Seen(OptionGroup):
 
     PANEL = "Output"
 
-    figure: Annotated[
-        Path | None,
-        written("--figure", "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf.", endings=FIGURES),
-    ] = None
-    figure_state: Annotated[
-        int | None,
-        option(
-            "--figure-state",
-            "00|10|11|01",
-            "A and B when it begins; the first insertion without it.",
-            read=lambda said: LEVELS.index(choice(said, LEVELS, name="--figure-state")) + 1,
-        ),
-    ] = None
-    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")] = None
-    force: Annotated[bool, force("Overwrite files; write a VCD above 1 GB.")] = False
+    figure: Path | None = written(
+        "--figure", "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf.", endings=FIGURES
+    )
+    figure_state: int | None = option(
+        "--figure-state",
+        "00|10|11|01",
+        "A and B when it begins; the first insertion without it.",
+        read=lambda said: LEVELS.index(choice(said, LEVELS, name="--figure-state")) + 1,
+    )
+    vcd: Path | None = written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")
+    force: bool = force("Overwrite files; write a VCD above 1 GB.")
 
     def check(self, path: OpenPath) -> Stretch | None:
         """Ask about what is large; return what looks for an insertion, if one is to be drawn.

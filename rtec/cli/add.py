@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -34,34 +34,26 @@ class ShapeOptions(OptionGroup):
 
     PANEL = "Shape of the effect, where a scan shall not find it"
 
-    period: Annotated[_Text, option("--period", "'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")] = (
-        None
-    )
-    harmonics: Annotated[int | None, whole("--harmonics", "Of a period.")] = None
-    by_direction: Annotated[bool, flag("--by-direction", "A cyclic error for each direction.")] = False
-    step_at: Annotated[_Text, option("--step-at", "'2 mm'", "Where in its period a cyclic error steps.")] = None
-    nodes: Annotated[
-        _Text, option("--nodes", "N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")
-    ] = None
-    forward_right: Annotated[bool, flag("--forward-right", "A reversal map leaves forward approaches right.")] = False
-    backward_right: Annotated[bool, flag("--backward-right", "The same of backward ones.")] = False
-    runs: Annotated[_Text, option("--runs", "'1, 2, 3'", "With a zero of their own, from that of the first.")] = None
-    distance: Annotated[
-        _Text, option("--distance", "'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
-    ] = None
-    carried: Annotated[bool, flag("--carried", "Wind-up carries over the reversal.")] = False
-    settled: Annotated[bool, flag("--settled", "A log begins wound up by the motion before it.")] = False
-    overshoot: Annotated[
-        _Text, option("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
-    ] = None
-    sensor: Annotated[_Text, option("--sensor", "COLUMN", "Temperature column of what heat does.")] = None
-    lag: Annotated[_Text, option("--lag", "'10 min'", "By which what grows lags behind its sensor.")] = None
-    elsewhere: Annotated[bool, flag("--elsewhere", "Growth is fixed elsewhere than at zero.")] = False
-    time_constant: Annotated[_Text, option("--time-constant", "'30 min'", "Of the warm-up.")] = None
-    moment: Annotated[_Text, option("--moment", "'90 s'", "At which counts were lost.")] = None
-    over: Annotated[_Text, option("--over", "'1 s'", "Time that the loss of counts took.")] = None
-    step: Annotated[_Text, option("--step", "'1 um'", "Of the quantisation.")] = None
-    speed: Annotated[_Text, option("--speed", "'10 mm/s'", "Stribeck speed.")] = None
+    period: _Text = option("--period", "'6.35 mm'", "Of cyclic, cogging, interpolation, eccentricity.")
+    harmonics: int | None = whole("--harmonics", "Of a period.")
+    by_direction: bool = flag("--by-direction", "A cyclic error for each direction.")
+    step_at: _Text = option("--step-at", "'2 mm'", "Where in its period a cyclic error steps.")
+    nodes: _Text = option("--nodes", "N|'0 mm, 5 mm, ...'", "Of a map: their number, or their positions.")
+    forward_right: bool = flag("--forward-right", "A reversal map leaves forward approaches right.")
+    backward_right: bool = flag("--backward-right", "The same of backward ones.")
+    runs: _Text = option("--runs", "'1, 2, 3'", "With a zero of their own, from that of the first.")
+    distance: _Text = option("--distance", "'0.5 mm'", "Over which wind-up or friction builds up, a spike fades.")
+    carried: bool = flag("--carried", "Wind-up carries over the reversal.")
+    settled: bool = flag("--settled", "A log begins wound up by the motion before it.")
+    overshoot: _Text = option("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
+    sensor: _Text = option("--sensor", "COLUMN", "Temperature column of what heat does.")
+    lag: _Text = option("--lag", "'10 min'", "By which what grows lags behind its sensor.")
+    elsewhere: bool = flag("--elsewhere", "Growth is fixed elsewhere than at zero.")
+    time_constant: _Text = option("--time-constant", "'30 min'", "Of the warm-up.")
+    moment: _Text = option("--moment", "'90 s'", "At which counts were lost.")
+    over: _Text = option("--over", "'1 s'", "Time that the loss of counts took.")
+    step: _Text = option("--step", "'1 um'", "Of the quantisation.")
+    speed: _Text = option("--speed", "'10 mm/s'", "Stribeck speed.")
 
     def stated(self) -> dict[str, Any]:
         """Return what the user said."""
@@ -69,21 +61,20 @@ class ShapeOptions(OptionGroup):
 
 
 def add(
-    effect: Annotated[
-        str,
-        typer.Argument(
-            help="Name of the effect; 'rtec effects' lists them.",
-            show_default=False,
-            autocompletion=completing(EFFECTS),
-        ),
-    ],
-    data: _measured.Data,
-    output: Annotated[Path, written("-o --output", "M2.toml", "The model with the effect.")],
+    effect: str = typer.Argument(
+        ...,
+        help="Name of the effect; 'rtec effects' lists them.",
+        show_default=False,
+        autocompletion=completing(EFFECTS),
+    ),
+    data: Path = _measured.DATA,
+    output: Path = written("-o --output", "M2.toml", "The model with the effect.", default=...),
+    *,
     measured: _measured.MeasuredOptions,
     shape: ShapeOptions,
-    force: Annotated[bool, force("Write over a file that exists.")] = False,
-    seed: _measured.Seed = 0,
-    json: _measured.Json = False,
+    force: bool = force("Write over a file that exists."),
+    seed: int = _measured.SEED,
+    json: bool = _measured.JSON,
 ) -> None:
     """Add an effect to a model, refit it to a measurement, write it, and show how far the error falls.
 

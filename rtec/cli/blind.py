@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -28,26 +28,20 @@ def frame() -> None:
 
 
 def new(
-    output: Annotated[Path, written("-o --output", "data.csv", "The measurement.")],
-    seed: Annotated[
-        int | None, whole("--seed", "Decides everything; another one each time without it.", low=0, high=1 << 62)
-    ] = None,
-    hide: Annotated[
-        list[str] | None,
-        option(
-            "--hide",
-            "EFFECT[=SIZE]",
-            "What to hide, and how much of it, as backlash='3 um'; may be given again. Five times the noise "
-            "without a size; the seed decides without --hide.",
-            complete=completing(EFFECTS),
-        ),
-    ] = None,
-    plan: Annotated[
-        str | None,
-        option("--plan", "NAME", "Of the measurement, with --hide; base without it.", complete=completing(PLANS)),
-    ] = None,
-    force: Annotated[bool, force("Write over files that exist.")] = False,
-    json: _measured.Json = False,
+    output: Path = written("-o --output", "data.csv", "The measurement.", default=...),
+    seed: int | None = whole("--seed", "Decides everything; another one each time without it.", low=0, high=1 << 62),
+    hide: list[str] | None = option(
+        "--hide",
+        "EFFECT[=SIZE]",
+        "What to hide, and how much of it, as backlash='3 um'; may be given again. Five times the noise "
+        "without a size; the seed decides without --hide.",
+        complete=completing(EFFECTS),
+    ),
+    plan: str | None = option(
+        "--plan", "NAME", "Of the measurement, with --hide; base without it.", complete=completing(PLANS)
+    ),
+    force: bool = force("Write over files that exist."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Hide none to three effects in the emulated axis, measure it, and seal the secret beside the data.
 
@@ -98,14 +92,14 @@ def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
 
 
 def measure(
-    data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
-    plan: Annotated[Path, option("--plan", "P.toml", "The experiment, as 'diagnose --suggest' writes it.")],
-    output: Annotated[Path, written("-o --output", "SECOND.csv", "The measurement.")],
-    seed: Annotated[
-        int | None, whole("--seed", "Of noise and surroundings; one seed, one set of readings.", low=1, high=1 << 62)
-    ] = None,
-    force: Annotated[bool, force("Write over files that exist.")] = False,
-    json: _measured.Json = False,
+    data: Path = typer.Argument(..., help="A measurement of 'new' or 'measure'.", show_default=False),
+    plan: Path = option("--plan", "P.toml", "The experiment, as 'diagnose --suggest' writes it.", default=...),
+    output: Path = written("-o --output", "SECOND.csv", "The measurement.", default=...),
+    seed: int | None = whole(
+        "--seed", "Of noise and surroundings; one seed, one set of readings.", low=1, high=1 << 62
+    ),
+    force: bool = force("Write over files that exist."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Carry out an experiment on the same axis, with the same effects in it, and seal the secret beside the new data.
 
@@ -125,8 +119,8 @@ def measure(
 
 
 def reveal(
-    data: Annotated[Path, typer.Argument(help="The measurement that 'new' wrote.", show_default=False)],
-    json: _measured.Json = False,
+    data: Path = typer.Argument(..., help="The measurement that 'new' wrote.", show_default=False),
+    json: bool = _measured.JSON,
 ) -> None:
     """Say what is hidden in a measurement.
 

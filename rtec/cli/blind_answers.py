@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -24,19 +24,17 @@ _PATIENCE = 4
 
 
 def guess(
-    data: Annotated[Path, typer.Argument(help="A measurement of 'new' or 'measure'.", show_default=False)],
-    effects: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="EFFECT[=SIZE]...",
-            help="What is hidden, and how much of it, as backlash='12 um' or backlash='12 +- 0.5 um'; 'unknown' for "
-            "what no effect is, or 'nothing'.",
-            show_default=False,
-            autocompletion=completing(("nothing", "unknown", *EFFECTS)),
-        ),
-    ],
-    by: Annotated[str, option("--by", "NAME", "Whose answer it is, for a class.")] = "",
-    json: _measured.Json = False,
+    data: Path = typer.Argument(..., help="A measurement of 'new' or 'measure'.", show_default=False),
+    effects: list[str] = typer.Argument(
+        ...,
+        metavar="EFFECT[=SIZE]...",
+        help="What is hidden, and how much of it, as backlash='12 um' or backlash='12 +- 0.5 um'; 'unknown' for "
+        "what no effect is, or 'nothing'.",
+        show_default=False,
+        autocompletion=completing(("nothing", "unknown", *EFFECTS)),
+    ),
+    by: str = option("--by", "NAME", "Whose answer it is, for a class.", default=""),
+    json: bool = _measured.JSON,
 ) -> None:
     """Score an answer against the seal, and keep it with the game: which effects are right, missed and wrong.
 
@@ -87,21 +85,17 @@ def _reasons(points: tuple[Points, ...]) -> list[str]:
 
 
 def score(
-    data: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="[DATA]...", help="Games whose answers to show; the diagnosis plays without."),
-    ] = None,
-    trials: Annotated[
-        int | None, whole("--trials", f"Games on each line; {_TRIALS} without it.", low=1, high=100_000)
-    ] = None,
-    output: Annotated[Path | None, written("-o --output", "FILE.md", "Write the table, with all matrices.")] = None,
-    force: Annotated[bool, force("Write over a file that exists.")] = False,
-    seed: Annotated[int | None, whole("--seed", "Of all games; 0 without it.", low=0, high=1 << 32)] = None,
-    jobs: Annotated[
-        int | None,
-        whole("--jobs", "Games played at the same time, 1 without it; the result is the same.", low=1, high=64),
-    ] = None,
-    json: _measured.Json = False,
+    data: list[Path] | None = typer.Argument(
+        None, metavar="[DATA]...", help="Games whose answers to show; the diagnosis plays without."
+    ),
+    trials: int | None = whole("--trials", f"Games on each line; {_TRIALS} without it.", low=1, high=100_000),
+    output: Path | None = written("-o --output", "FILE.md", "Write the table, with all matrices."),
+    force: bool = force("Write over a file that exists."),
+    seed: int | None = whole("--seed", "Of all games; 0 without it.", low=0, high=1 << 32),
+    jobs: int | None = whole(
+        "--jobs", "Games played at the same time, 1 without it; the result is the same.", low=1, high=64
+    ),
+    json: bool = _measured.JSON,
 ) -> None:
     """Show the answers that people gave to games; or let the diagnosis play many, and print how often it is right.
 

@@ -7,14 +7,15 @@ import os
 import shlex
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
+from rtec.cli._kinds import Design
 from rtec.cli._live import MACHINE, TIMES
-from rtec.cli._parameters import Works, apart, default, flag, option, pure, quantity, said, whole, works
+from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, said, whole, works
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
@@ -33,40 +34,39 @@ _HOME_REST_S = 1.0
 
 def box(
     context: typer.Context,
-    interface: Annotated[str | None, _live.interface("a line to 'rtec pc'.")] = None,
-    channel: _live.OfChannel = None,
-    bitrate: _live.OfBitrate = None,
-    dbc: _live.OfDbc = None,
-    axis: _live.OfAxis = None,
-    axes: _live.OfAxes = None,
-    design: _live.OfDesign = default("a"),
-    timing: Annotated[Works, works("What works in the box.", panel=MACHINE)] = default("8051"),
-    count_mm: _live.OfCount = default("1um"),
-    program: Annotated[
-        Path | None,
-        option("--program", "FILE", "G-code of a measuring run; a slow shuttle without it.", panel=MACHINE),
-    ] = None,
-    home_mm: Annotated[
-        float, quantity("--home", LENGTH, "1inch", "Where home is in the program's positions.", panel=MACHINE)
-    ] = default("0mm"),
-    stand: Annotated[bool, flag("--stand", "Stand still until an order comes.", panel=MACHINE)] = False,
-    speed: Annotated[
-        float, pure("--speed", "N", "Axes run N times faster than the clock.", low=0.1, high=100.0, panel=TIMES)
-    ] = default("1"),
-    window_steps: _live.OfWindow = 3,
-    cycle_ps: _live.OfCycle = default("10ms"),
-    watchdog_ps: _live.OfWatchdog = None,
-    limit_steps: Annotated[
-        int, whole("--limit", "Totals beyond it are never accepted; 0: none.", metavar="STEPS", panel=TIMES)
-    ] = 0,
-    duration_s: _live.OfDuration = None,
-    seed: Annotated[
-        int | None, whole("--seed", "Of the number of the box's first session; new each time without.", panel=MACHINE)
-    ] = None,
-    log: _live.OfLog = None,
-    force: _live.Force = False,
-    plain: _live.Plain = False,
-    as_json: _live.Json = False,
+    interface: str | None = _live.interface("a line to 'rtec pc'."),
+    channel: str | None = _live.CHANNEL,
+    bitrate: int | None = _live.BITRATE,
+    dbc: Path | None = _live.DBC,
+    axis: int | None = _live.AXIS,
+    axes: int | None = _live.AXES,
+    design: Design = _live.DESIGN,
+    timing: Works = works("What works in the box.", panel=MACHINE, default="8051"),
+    count_mm: float = _live.COUNT,
+    program: Path | None = option(
+        "--program", "FILE", "G-code of a measuring run; a slow shuttle without it.", panel=MACHINE
+    ),
+    home_mm: float = quantity(
+        "--home", LENGTH, "1inch", "Where home is in the program's positions.", panel=MACHINE, default="0mm"
+    ),
+    stand: bool = flag("--stand", "Stand still until an order comes.", panel=MACHINE),
+    speed: float = pure(
+        "--speed", "N", "Axes run N times faster than the clock.", low=0.1, high=100.0, panel=TIMES, default="1"
+    ),
+    window_steps: int = _live.WINDOW,
+    cycle_ps: int = _live.CYCLE,
+    watchdog_ps: int | None = _live.WATCHDOG,
+    limit_steps: int = whole(
+        "--limit", "Totals beyond it are never accepted; 0: none.", metavar="STEPS", panel=TIMES, default=0
+    ),
+    duration_s: float | None = _live.DURATION,
+    seed: int | None = whole(
+        "--seed", "Of the number of the box's first session; new each time without.", panel=MACHINE
+    ),
+    log: Path | None = _live.LOG,
+    force: bool = _live.FORCE,
+    plain: bool = _live.PLAIN,
+    as_json: bool = _live.JSON,
 ) -> None:
     """Run axes with their boxes on a live bus, for any PC software to talk to.
 

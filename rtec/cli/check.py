@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -48,30 +48,25 @@ class ContractOptions(OptionGroup):
 
     PANEL = "The contract"
 
-    design: Annotated[Design | None, design("Takes step and states from a known design.")] = None
-    step_counts: Annotated[int | None, whole("--step", "Counts of one step.", low=1)] = None
-    states: Annotated[
-        States | None,
-        named(
-            "--states",
-            "rtec.conformance.contract:states_of",
-            "00|00,11|all",
-            "Levels of A and B in which it inserts at rest; all.",
-        ),
-    ] = None
-    frequency_hz: Annotated[
-        float | None, quantity("--frequency", FREQUENCY, "500kHz", "Up to here every count is right; 500 kHz.")
-    ] = None
-    acceleration_hz_s: Annotated[
-        float | None, quantity("--acceleration", SWEEP, "'100 MHz/s'", "Of that frequency; 100 MHz/s.")
-    ] = None
-    jitter: Annotated[float | None, share("--jitter", "10%", "Of the distance of two edges there; 10%.")] = None
-    separation_ps: Annotated[
-        int | None, time_ps("--separation", "60ns", "Between changes at the controller; 60 ns.")
-    ] = None
-    delay_ps: Annotated[
-        int | None, time_ps("--delay", "50us", "For so long a count may be wrong; 50 us, of firmware five readings.")
-    ] = None
+    design: Design | None = design("Takes step and states from a known design.")
+    step_counts: int | None = whole("--step", "Counts of one step.", low=1)
+    states: States | None = named(
+        "--states",
+        "rtec.conformance.contract:states_of",
+        "00|00,11|all",
+        "Levels of A and B in which it inserts at rest; all.",
+    )
+    frequency_hz: float | None = quantity(
+        "--frequency", FREQUENCY, "500kHz", "Up to here every count is right; 500 kHz."
+    )
+    acceleration_hz_s: float | None = quantity(
+        "--acceleration", SWEEP, "'100 MHz/s'", "Of that frequency; 100 MHz/s."
+    )
+    jitter: float | None = share("--jitter", "10%", "Of the distance of two edges there; 10%.")
+    separation_ps: int | None = time_ps("--separation", "60ns", "Between changes at the controller; 60 ns.")
+    delay_ps: int | None = time_ps(
+        "--delay", "50us", "For so long a count may be wrong; 50 us, of firmware five readings."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,39 +75,28 @@ class RunnerOptions(OptionGroup):
 
     PANEL = "What runs it"
 
-    clock_ps: Annotated[
-        Clock | None,
-        named(
-            "--clock",
-            "rtec.conformance.verilog:clock_of",
-            "50MHz",
-            "Verilog's clock; a Python class then sees ticks only.",
-        ),
-    ] = None
-    pins: Annotated[Path | None, option("--pins", "P.toml", "Which port of the module is what.")] = None
-    simulator: Annotated[
-        str | None, option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
-    ] = None
-    processor: Annotated[Microcontroller | None, processor(f"For machine code: {', '.join(PROCESSORS)}.")] = None
-    part: Annotated[str | None, word("--part", "8051|8052", "For machine code.")] = None
-    hold_latch: Annotated[
-        bool | None,
-        flag(
-            "--hold-latch/--no-hold-latch",
-            "Machine code: P1.7 works a latch that holds real edges back; it does if not said.",
-            show_default=False,
-        ),
-    ] = None
-    timing: Annotated[
-        Processor | None,
-        member("--timing", "rtec.injector:Processor", "8051|fast", "What works in a design of rtec; fast."),
-    ] = None
-    real_edges: Annotated[
-        RealEdges | None,
-        member(
-            "--real-edges", "rtec.injector:RealEdges", "hold|merge", "What a design of rtec does with them; hold."
-        ),
-    ] = None
+    clock_ps: Clock | None = named(
+        "--clock",
+        "rtec.conformance.verilog:clock_of",
+        "50MHz",
+        "Verilog's clock; a Python class then sees ticks only.",
+    )
+    pins: Path | None = option("--pins", "P.toml", "Which port of the module is what.")
+    simulator: str | None = option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
+    processor: Microcontroller | None = processor(f"For machine code: {', '.join(PROCESSORS)}.")
+    part: str | None = word("--part", "8051|8052", "For machine code.")
+    hold_latch: bool | None = flag(
+        "--hold-latch/--no-hold-latch",
+        "Machine code: P1.7 works a latch that holds real edges back; it does if not said.",
+        show_default=False,
+        default=None,
+    )
+    timing: Processor | None = member(
+        "--timing", "rtec.injector:Processor", "8051|fast", "What works in a design of rtec; fast."
+    )
+    real_edges: RealEdges | None = member(
+        "--real-edges", "rtec.injector:RealEdges", "hold|merge", "What a design of rtec does with them; hold."
+    )
 
 
 def _algorithms(incomplete: str) -> list[str]:
@@ -124,15 +108,13 @@ def _algorithms(incomplete: str) -> list[str]:
 class Options(OptionGroup):
     """An algorithm, and what was said of it."""
 
-    algorithm: Annotated[
-        str,
-        typer.Argument(
-            metavar="ALGORITHM",
-            autocompletion=_algorithms,
-            help="file.py:Name, top.v, image.ihx, or original, a, b, c for a design of rtec.",
-            show_default=False,
-        ),
-    ]
+    algorithm: str = typer.Argument(
+        ...,
+        metavar="ALGORITHM",
+        autocompletion=_algorithms,
+        help="file.py:Name, top.v, image.ihx, or original, a, b, c for a design of rtec.",
+        show_default=False,
+    )
     contract: ContractOptions
     runner: RunnerOptions
 
@@ -156,35 +138,31 @@ class _Files(OptionGroup):
 
     PANEL = "Output"
 
-    figure: Annotated[
-        Path | None,
-        written("--figure", "FILE.png", "Draw the worst case, or the stream that was played.", endings=FIGURES),
-    ] = None
-    margin_figure: Annotated[
-        Path | None, written("--margin-figure", "FILE.png", "Draw what it does at which frequency.", endings=FIGURES)
-    ] = None
-    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.")] = None
-    force: Annotated[bool, force("Write over files that exist.")] = False
+    figure: Path | None = written(
+        "--figure", "FILE.png", "Draw the worst case, or the stream that was played.", endings=FIGURES
+    )
+    margin_figure: Path | None = written(
+        "--margin-figure", "FILE.png", "Draw what it does at which frequency.", endings=FIGURES
+    )
+    vcd: Path | None = written("--vcd", "FILE.vcd", "The same as waveforms.")
+    force: bool = force("Write over files that exist.")
 
 
 def check(
     context: typer.Context,
     options: Options,
     *,
-    motion: Annotated[AskedMotion | None, motion("One more check, a step at each phase")] = None,
-    tries: Annotated[int, whole("--tries", "Streams of the hunt.", low=16, high=10_000_000)] = 3000,
-    seed: Annotated[int, whole("--seed", "Of the hunt and the adversary.", low=0)] = 0,
-    stream: Annotated[
-        Stream | None,
-        named(
-            "--stream",
-            "rtec.conformance.streams:Stream.read",
-            "TEXT",
-            "Play one stream only, as a failed check prints it.",
-        ),
-    ] = None,
+    motion: AskedMotion | None = motion("One more check, a step at each phase"),
+    tries: int = whole("--tries", "Streams of the hunt.", low=16, high=10_000_000, default=3000),
+    seed: int = whole("--seed", "Of the hunt and the adversary.", low=0, default=0),
+    stream: Stream | None = named(
+        "--stream",
+        "rtec.conformance.streams:Stream.read",
+        "TEXT",
+        "Play one stream only, as a failed check prints it.",
+    ),
     files: _Files,
-    json: _measured.Json = False,
+    json: bool = _measured.JSON,
 ) -> None:
     """Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 
 def compare(
-    data: _measured.DataFiles,
+    data: list[Path] = _measured.DATA_FILES,
+    *,
     measured: _measured.MeasuredOptions,
-    output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
-    force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
-    json: _measured.Json = False,
+    output: Path | None = folder("-o --output", "Folder of a report with figures."),
+    force: bool = force("Write into a folder that is not empty."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Compare a measurement with a model: what is left, against the noise floor, and where it lives.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -21,16 +21,15 @@ if TYPE_CHECKING:
 
 
 def diagnose(
-    data: _measured.DataFiles,
+    data: list[Path] = _measured.DATA_FILES,
+    *,
     measured: _measured.MeasuredOptions,
-    output: Annotated[Path | None, folder("-o --output", "Folder of a report with figures.")] = None,
-    save: Annotated[Path | None, written("--save", "MODEL.toml", "Write the model with all effects found.")] = None,
-    suggest: Annotated[
-        Path | None, written("--suggest", "PLAN.toml", "Write what to measure next as a plan to carry out.")
-    ] = None,
-    force: Annotated[bool, force("Write over what is there.")] = False,
-    seed: _measured.Seed = 0,
-    json: _measured.Json = False,
+    output: Path | None = folder("-o --output", "Folder of a report with figures."),
+    save: Path | None = written("--save", "MODEL.toml", "Write the model with all effects found."),
+    suggest: Path | None = written("--suggest", "PLAN.toml", "Write what to measure next as a plan to carry out."),
+    force: bool = force("Write over what is there."),
+    seed: int = _measured.SEED,
+    json: bool = _measured.JSON,
 ) -> None:
     """Find which physical effects a measurement shows that the model lacks, one by one, down to the noise floor.
 

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -118,13 +117,10 @@ def _complete(begun: str) -> list[str]:
 
 
 def docs(
-    topic: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[TOPIC]", help="A page, a heading, an effect or a command.", autocompletion=_complete
-        ),
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")] = False,
+    topic: list[str] | None = typer.Argument(
+        None, metavar="[TOPIC]", help="A page, a heading, an effect or a command.", autocompletion=_complete
+    ),
+    json: bool = typer.Option(False, "--json", help="One JSON document on stdout, nothing else."),
 ) -> None:
     """List the pages of the documentation, or show one of them or a part of it.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -16,11 +16,10 @@ if TYPE_CHECKING:
 
 
 def effects(
-    name: Annotated[
-        str | None,
-        typer.Argument(metavar="[NAME]", help="Show the card of one effect.", autocompletion=completing(EFFECTS)),
-    ] = None,
-    json: _measured.Json = False,
+    name: str | None = typer.Argument(
+        None, metavar="[NAME]", help="Show the card of one effect.", autocompletion=completing(EFFECTS)
+    ),
+    json: bool = _measured.JSON,
 ) -> None:
     """List the physical effects that are known, or show the card of one.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -13,7 +13,6 @@ from rtec.cli._kinds import Design, Microcontroller
 from rtec.cli._motion import AskedMotion, acceleration, motion
 from rtec.cli._parameters import (
     apart,
-    default,
     design,
     flag,
     force,
@@ -33,41 +32,30 @@ if TYPE_CHECKING:
 
 
 def envelope(
-    design: Annotated[list[Design] | None, design("Only this design; may be given again.")] = None,
-    processor: Annotated[
-        list[Microcontroller] | None,
-        processor(f"Only this: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'; may be given again."),
-    ] = None,
-    image: Annotated[
-        Path | None,
-        option(
-            "--image",
-            "MINE.hex",
-            "Your program for the one --design, as Intel HEX.",
-            complete=files_ending(".hex", ".ihx"),
-        ),
-    ] = None,
-    jitter_ps: Annotated[
-        int, time_ps("--jitter", "5ns", "Bound of the encoder's jitter; its worst within that is tried.")
-    ] = default("0ns"),
-    hold_latch: Annotated[
-        bool, flag("--hold-latch", "Hold real transitions back during an insertion, unlike the report.")
-    ] = False,
-    nothing_owed: Annotated[
-        bool, flag("--nothing-owed", "Ask for nothing: how fast --design b passes the lines on alone.")
-    ] = False,
-    exhaustive: Annotated[
-        bool, flag("--exhaustive", "Sweep the limits found over a whole reading, clock by clock.")
-    ] = False,
-    motion: Annotated[AskedMotion | None, motion("Search its top speed")] = None,
-    acceleration_hz_s: Annotated[float | None, acceleration("Of the frequency, with --motion; 100 MHz/s.")] = None,
-    seed: Annotated[int | None, whole("--seed", "Of --motion adversary; 0.", low=0)] = None,
-    figure: Annotated[
-        Path | None,
-        written("--figure", "FILE.png", "Draw what each does at which frequency: .png, .svg, .pdf.", endings=FIGURES),
-    ] = None,
-    force: Annotated[bool, force("Write over a figure that exists.")] = False,
-    json: _measured.Json = False,
+    design: list[Design] | None = design("Only this design; may be given again."),
+    processor: list[Microcontroller] | None = processor(
+        f"Only this: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'; may be given again."
+    ),
+    image: Path | None = option(
+        "--image",
+        "MINE.hex",
+        "Your program for the one --design, as Intel HEX.",
+        complete=files_ending(".hex", ".ihx"),
+    ),
+    jitter_ps: int = time_ps(
+        "--jitter", "5ns", "Bound of the encoder's jitter; its worst within that is tried.", default="0ns"
+    ),
+    hold_latch: bool = flag("--hold-latch", "Hold real transitions back during an insertion, unlike the report."),
+    nothing_owed: bool = flag("--nothing-owed", "Ask for nothing: how fast --design b passes the lines on alone."),
+    exhaustive: bool = flag("--exhaustive", "Sweep the limits found over a whole reading, clock by clock."),
+    motion: AskedMotion | None = motion("Search its top speed"),
+    acceleration_hz_s: float | None = acceleration("Of the frequency, with --motion; 100 MHz/s."),
+    seed: int | None = whole("--seed", "Of --motion adversary; 0.", low=0),
+    figure: Path | None = written(
+        "--figure", "FILE.png", "Draw what each does at which frequency: .png, .svg, .pdf.", endings=FIGURES
+    ),
+    force: bool = force("Write over a figure that exists."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Find the largest safe encoder frequency of each design on each processor, and what breaks first.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -12,7 +12,7 @@ from rtec.checks import number_within
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json
 from rtec.cli._kinds import Precision
-from rtec.cli._parameters import default, force, member, option, quantity, word, written
+from rtec.cli._parameters import force, member, option, quantity, word, written
 from rtec.errors import ArgumentError
 from rtec.units import LENGTH, UNITS, parse_quantity
 
@@ -26,10 +26,6 @@ _SHORTEST_MM = 1e-3
 _FARTHEST_MM = 1e6
 
 
-def _length(names: str, metavar: str, text: str) -> Any:
-    return quantity(names, LENGTH, metavar, text)
-
-
 def _tolerance(said: str) -> float:
     tolerance_mm = parse_quantity(said, LENGTH, name="--within")
     if tolerance_mm < 0.0:
@@ -38,33 +34,29 @@ def _tolerance(said: str) -> float:
 
 
 def export(
-    model: Annotated[
-        Path, typer.Argument(metavar="MODEL.toml", help="Model of an axis or trained predictor.", show_default=False)
-    ],
-    linuxcnc: Annotated[
-        Path | None,
-        written("--linuxcnc", "F.comp", "For LinuxCNC: nominal, forward and reverse position (COMP_FILE_TYPE = 0)."),
-    ] = None,
-    csv: Annotated[Path | None, written("--csv", "F.csv", "Position, error forward and reverse.")] = None,
-    c: Annotated[
-        Path | None, written("--c", "F.c", "A function in C99: a trained predictor itself, else the table.")
-    ] = None,
-    precision: Annotated[
-        Precision, member("--precision", "rtec.study.c_source:Precision", "double|single", "Of the numbers in C.")
-    ] = default("double"),
-    start_mm: Annotated[
-        float | None, _length("--from", "'0 mm'", "Begin of the table; where the measurement began.")
-    ] = None,
-    end_mm: Annotated[float | None, _length("--to", "'300 mm'", "Its end; where the measurement ended.")] = None,
-    within_mm: Annotated[
-        float,
-        option(
-            "--within", "'0.1 um'", "Difference that straight lines between its nodes may leave.", read=_tolerance
-        ),
-    ] = default("0.1 um"),
-    unit: Annotated[str, word("--unit", "mm|inch", "Machine unit of LinuxCNC.")] = "mm",
-    force: Annotated[bool, force("Write over a file that exists.")] = False,
-    json: _measured.Json = False,
+    model: Path = typer.Argument(
+        ..., metavar="MODEL.toml", help="Model of an axis or trained predictor.", show_default=False
+    ),
+    linuxcnc: Path | None = written(
+        "--linuxcnc", "F.comp", "For LinuxCNC: nominal, forward and reverse position (COMP_FILE_TYPE = 0)."
+    ),
+    csv: Path | None = written("--csv", "F.csv", "Position, error forward and reverse."),
+    c: Path | None = written("--c", "F.c", "A function in C99: a trained predictor itself, else the table."),
+    precision: Precision = member(
+        "--precision", "rtec.study.c_source:Precision", "double|single", "Of the numbers in C.", default="double"
+    ),
+    start_mm: float | None = quantity("--from", LENGTH, "'0 mm'", "Begin of the table; where the measurement began."),
+    end_mm: float | None = quantity("--to", LENGTH, "'300 mm'", "Its end; where the measurement ended."),
+    within_mm: float = option(
+        "--within",
+        "'0.1 um'",
+        "Difference that straight lines between its nodes may leave.",
+        read=_tolerance,
+        default="0.1 um",
+    ),
+    unit: str = word("--unit", "mm|inch", "Machine unit of LinuxCNC.", default="mm"),
+    force: bool = force("Write over a file that exists."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Write what a model or a trained predictor says of position and direction, for another program.
 

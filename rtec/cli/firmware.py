@@ -6,15 +6,15 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress
 from rtec.cli._groups import verbs_under
-from rtec.cli._image import Hex, as_bad_input
-from rtec.cli._parameters import choice, default, force, option, quantity, whole, word, written
+from rtec.cli._image import HEX, as_bad_input
+from rtec.cli._parameters import choice, force, option, quantity, whole, word, written
 from rtec.cli._words import among
 from rtec.errors import OutputError, RtecError
 from rtec.io import check_file
@@ -46,15 +46,18 @@ def frame() -> None:
 
 
 def run(
-    image: Hex,
-    cycles: Annotated[
-        int, whole("--cycles", "Machine cycles of twelve clocks, or single clocks.", low=1, high=10**15)
-    ] = 1_000_000,
-    part: Annotated[str, word("--part", "8051|8052", "128 bytes of RAM, or 256 and a third timer.")] = "8052",
-    timing: Annotated[
-        str, word("--timing", "12-clock|one-clock", "The original, or a derivative; decides what a cycle is.")
-    ] = "12-clock",
-    json: _measured.Json = False,
+    image: Path = HEX,
+    cycles: int = whole(
+        "--cycles", "Machine cycles of twelve clocks, or single clocks.", low=1, high=10**15, default=1_000_000
+    ),
+    part: str = word("--part", "8051|8052", "128 bytes of RAM, or 256 and a third timer.", default="8052"),
+    timing: str = word(
+        "--timing",
+        "12-clock|one-clock",
+        "The original, or a derivative; decides what a cycle is.",
+        default="12-clock",
+    ),
+    json: bool = _measured.JSON,
 ) -> None:
     """Run an image from reset for a number of cycles, with all pins high, and say where it is then.
 
@@ -81,23 +84,19 @@ def run(
 
 
 def trace(
-    image: Hex,
-    instructions: Annotated[
-        int, whole("--instructions", "How many instructions are listed.", low=1, high=10**6)
-    ] = 40,
-    start: Annotated[
-        int, whole("--from", "Run to this cycle first, unlisted.", low=0, high=10**12, metavar="CYCLE")
-    ] = 0,
-    clock_hz: Annotated[
-        float, quantity("--clock", FREQUENCY, "12MHz", "Of the processor: what a cycle is in the VCD.")
-    ] = default("12MHz"),
-    vcd: Annotated[
-        Path | None, written("--vcd", "FILE.vcd", "Write the ports' latches meanwhile as waveforms.")
-    ] = None,
-    part: Annotated[str, word("--part", "8051|8052", "As of run.")] = "8052",
-    timing: Annotated[str, word("--timing", "12-clock|one-clock", "As of run.")] = "12-clock",
-    force: Annotated[bool, force("Write over a VCD that exists.")] = False,
-    json: _measured.Json = False,
+    image: Path = HEX,
+    instructions: int = whole("--instructions", "How many instructions are listed.", low=1, high=10**6, default=40),
+    start: int = whole(
+        "--from", "Run to this cycle first, unlisted.", low=0, high=10**12, metavar="CYCLE", default=0
+    ),
+    clock_hz: float = quantity(
+        "--clock", FREQUENCY, "12MHz", "Of the processor: what a cycle is in the VCD.", default="12MHz"
+    ),
+    vcd: Path | None = written("--vcd", "FILE.vcd", "Write the ports' latches meanwhile as waveforms."),
+    part: str = word("--part", "8051|8052", "As of run.", default="8052"),
+    timing: str = word("--timing", "12-clock|one-clock", "As of run.", default="12-clock"),
+    force: bool = force("Write over a VCD that exists."),
+    json: bool = _measured.JSON,
 ) -> None:
     """List instructions as they are executed, each with the cycle in which it begins and the ports that it changes.
 
@@ -162,7 +161,7 @@ def _write_vcd(file: Path, cpu: Mcs51, before: list[int], begun: int, *, ps_a_cy
         writer.finish(round(cpu.cycles * ps_a_cycle))
 
 
-def images(json: _measured.Json = False) -> None:
+def images(json: bool = _measured.JSON) -> None:
     """List the images of the four designs that come with this package, with processors and files.
 
     Example: rtec firmware list
@@ -189,7 +188,7 @@ def images(json: _measured.Json = False) -> None:
         typer.echo(f"{row['design']:<10}{row['processor']:<18}{row['bytes']:>6} bytes  {row['image']}")
 
 
-def disassemble(image: Hex, json: _measured.Json = False) -> None:
+def disassemble(image: Path = HEX, json: bool = _measured.JSON) -> None:
     """List the instructions of an image, beginning with the first byte of each range that it uses.
 
     Data between instructions is listed as instructions, too: nothing in the file tells them apart.
@@ -213,18 +212,16 @@ def disassemble(image: Hex, json: _measured.Json = False) -> None:
 
 
 def copy(
-    design: Annotated[
-        str,
-        typer.Argument(
-            metavar="original|a|b|c",
-            help="What to begin with.",
-            show_default=False,
-            autocompletion=among("original|a|b|c"),
-        ),
-    ],
-    file: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
-    force: Annotated[bool, force("Write over a file that exists.")] = False,
-    json: _measured.Json = False,
+    design: str = typer.Argument(
+        ...,
+        metavar="original|a|b|c",
+        help="What to begin with.",
+        show_default=False,
+        autocompletion=among("original|a|b|c"),
+    ),
+    file: Path = typer.Argument(..., metavar="MINE.asm", help="Your source.", show_default=False),
+    force: bool = force("Write over a file that exists."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Copy the source of a design that comes with this package, as a beginning of your own.
 
@@ -248,17 +245,15 @@ def copy(
 
 
 def build(
-    source: Annotated[Path, typer.Argument(metavar="MINE.asm", help="Your source.", show_default=False)],
-    processor: Annotated[
-        str,
-        option(
-            "--processor",
-            "NAME",
-            f"What processor.inc stands for: {', '.join(_INCLUDES)}.",
-            read=lambda said: choice(said, _INCLUDES, name="--processor"),
-        ),
-    ] = "8051-12mhz",
-    json: _measured.Json = False,
+    source: Path = typer.Argument(..., metavar="MINE.asm", help="Your source.", show_default=False),
+    processor: str = option(
+        "--processor",
+        "NAME",
+        f"What processor.inc stands for: {', '.join(_INCLUDES)}.",
+        read=lambda said: choice(said, _INCLUDES, name="--processor"),
+        default="8051-12mhz",
+    ),
+    json: bool = _measured.JSON,
 ) -> None:
     """Assemble a source with SDCC: MINE.ihx, the listing MINE.lst and the labels MINE.sym beside MINE.asm.
 

@@ -6,14 +6,14 @@ import bisect
 import dataclasses
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._image import Hex, as_bad_input, with_part
+from rtec.cli._image import HEX, as_bad_input, with_part
 from rtec.cli._kinds import Design, Microcontroller
-from rtec.cli._parameters import default, design, flag, force, processor, quantity, said, whole, word, written
+from rtec.cli._parameters import design, flag, force, processor, quantity, said, whole, word, written
 from rtec.cli._words import PROCESSORS
 from rtec.io import FIGURES, read_any_text
 from rtec.units import FREQUENCY
@@ -27,45 +27,38 @@ _LISTED = 12
 
 def check(
     context: typer.Context,
-    image: Hex,
-    design: Annotated[Design, design("Whose circuits stand around the processor.")],
-    processor: Annotated[Microcontroller, processor(f"{', '.join(PROCESSORS)}, or as '12-clock 16MHz'.")] = default(
-        "8051-12mhz"
+    image: Path = HEX,
+    design: Design = design("Whose circuits stand around the processor.", default=...),
+    processor: Microcontroller = processor(f"{', '.join(PROCESSORS)}, or as '12-clock 16MHz'.", default="8051-12mhz"),
+    part: str | None = word(
+        "--part",
+        "8051|8052",
+        "128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
     ),
-    part: Annotated[
-        str | None,
-        word(
-            "--part",
-            "8051|8052",
-            "128 bytes of RAM, or 256 and timer 2; without it the smaller one on a 12-clock processor.",
-        ),
-    ] = None,
-    hold_latch: Annotated[
-        bool, flag("--hold-latch/--no-hold-latch", "P1.7 holds real edges back; the report's circuits have no latch.")
-    ] = True,
-    frequency_hz: Annotated[
-        list[float] | None,
-        quantity(
-            "--frequency",
-            FREQUENCY,
-            "5kHz",
-            "Here a step has to be inserted during motion, as often as wanted; two that suit the processor if not "
-            "given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the processor, "
-            "up to the highest of these.",
-        ),
-    ] = None,
-    phases: Annotated[
-        int, whole("--phases", "Phases between edge and program, at each speed.", low=1, high=10_000)
-    ] = 24,
-    tries: Annotated[int, whole("--tries", "Streams of the hunt.", low=16, high=10_000_000)] = 3000,
-    seed: Annotated[int, whole("--seed", "Of the hunt for the worst case.", low=0)] = 0,
-    figure: Annotated[
-        Path | None,
-        written("--figure", "FILE.png", "Draw the slowest insertion, or the shortest failing run.", endings=FIGURES),
-    ] = None,
-    vcd: Annotated[Path | None, written("--vcd", "FILE.vcd", "The same as waveforms.")] = None,
-    force: Annotated[bool, force("Write over files that exist.")] = False,
-    json: _measured.Json = False,
+    hold_latch: bool = flag(
+        "--hold-latch/--no-hold-latch",
+        "P1.7 holds real edges back; the report's circuits have no latch.",
+        default=True,
+    ),
+    frequency_hz: list[float] | None = quantity(
+        "--frequency",
+        FREQUENCY,
+        "5kHz",
+        "Here a step has to be inserted during motion, as often as wanted; two that suit the processor if not "
+        "given. Every count has to be right up to 500 kHz; of design b, whose lines pass through the processor, "
+        "up to the highest of these.",
+    ),
+    phases: int = whole(
+        "--phases", "Phases between edge and program, at each speed.", low=1, high=10_000, default=24
+    ),
+    tries: int = whole("--tries", "Streams of the hunt.", low=16, high=10_000_000, default=3000),
+    seed: int = whole("--seed", "Of the hunt for the worst case.", low=0, default=0),
+    figure: Path | None = written(
+        "--figure", "FILE.png", "Draw the slowest insertion, or the shortest failing run.", endings=FIGURES
+    ),
+    vcd: Path | None = written("--vcd", "FILE.vcd", "The same as waveforms."),
+    force: bool = force("Write over files that exist."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Hold an image to a design's contract by experiment: all that rtec check tries, and pins, messages, reset.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -36,51 +36,42 @@ class _Known(OptionGroup):
 
     PANEL = "What is known of the measurement, for its uncertainty; a file may state it in '# eve: 1.2 um' lines"
 
-    device_uncertainty: Annotated[
-        str | None,
-        option(
-            "--device-uncertainty",
-            "'0.5 um/m'",
-            "Of the laser or scale, k = 2, from its certificate; rotary: an angle.",
-        ),
-    ] = None
-    misalignment: Annotated[
-        str | None, option("--misalignment", "'1 mm'", "Sideways distance of beam and axis over the travel.")
-    ] = None
-    temperature_uncertainty: Annotated[
-        str | None, option("--temperature-uncertainty", "'0.5 K'", "Limits ± of the machine's measured temperature.")
-    ] = None
-    expansion: Annotated[
-        str | None, option("--expansion", "'11.7 um/m/K'", "Coefficient that readings were compensated with.")
-    ] = None
-    expansion_uncertainty: Annotated[
-        str | None, option("--expansion-uncertainty", "'2 um/m/K'", "Limits ± of that coefficient.")
-    ] = None
-    off_reference: Annotated[
-        str | None, option("--off-reference", "'3 K'", "Largest difference of the machine from 20 degC in the test.")
-    ] = None
-    eve: Annotated[
-        str | None,
-        option("--eve", "'1.2 um'", "Range of the readings of the axis at rest, over as long as the test took."),
-    ] = None
+    device_uncertainty: str | None = option(
+        "--device-uncertainty", "'0.5 um/m'", "Of the laser or scale, k = 2, from its certificate; rotary: an angle."
+    )
+    misalignment: str | None = option(
+        "--misalignment", "'1 mm'", "Sideways distance of beam and axis over the travel."
+    )
+    temperature_uncertainty: str | None = option(
+        "--temperature-uncertainty", "'0.5 K'", "Limits ± of the machine's measured temperature."
+    )
+    expansion: str | None = option("--expansion", "'11.7 um/m/K'", "Coefficient that readings were compensated with.")
+    expansion_uncertainty: str | None = option(
+        "--expansion-uncertainty", "'2 um/m/K'", "Limits ± of that coefficient."
+    )
+    off_reference: str | None = option(
+        "--off-reference", "'3 K'", "Largest difference of the machine from 20 degC in the test."
+    )
+    eve: str | None = option(
+        "--eve", "'1.2 um'", "Range of the readings of the axis at rest, over as long as the test took."
+    )
 
 
 def iso230(
-    data: _measured.DataFiles,
+    data: list[Path] = _measured.DATA_FILES,
     *,
-    output: Annotated[Path | None, folder("-o --output", "Folder of a report: plot, page, PDF.")] = None,
-    period: Annotated[
-        str | None, option("--period", "'0.25 inch'", "Period of the cyclic error; else the file's screw_pitch.")
-    ] = None,
-    unit: Annotated[
-        str | None,
-        option("--unit", "UNIT", "um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad."),
-    ] = None,
-    strict: Annotated[bool, flag("--strict", "Exit with 2, and no figures, where there is a warning.")] = False,
+    output: Path | None = folder("-o --output", "Folder of a report: plot, page, PDF."),
+    period: str | None = option(
+        "--period", "'0.25 inch'", "Period of the cyclic error; else the file's screw_pitch."
+    ),
+    unit: str | None = option(
+        "--unit", "UNIT", "um (default), mm, nm, inch; for a rotary axis arcsec (default), deg, urad."
+    ),
+    strict: bool = flag("--strict", "Exit with 2, and no figures, where there is a warning."),
     known: _Known,
     columns: _measured.ColumnOptions,
-    force: Annotated[bool, force("Write into a folder that is not empty.")] = False,
-    json: _measured.Json = False,
+    force: bool = force("Write into a folder that is not empty."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks against them.
 

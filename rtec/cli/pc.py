@@ -7,7 +7,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -15,7 +15,7 @@ from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
 from rtec.cli._kinds import Design
 from rtec.cli._live import MACHINE, TIMES
-from rtec.cli._parameters import apart, default, flag, needs, option, quantity, time_ps, word
+from rtec.cli._parameters import apart, flag, needs, option, quantity, time_ps, word
 from rtec.errors import ArgumentError
 from rtec.units import LENGTH, PS_PER_S
 
@@ -31,64 +31,53 @@ MARGIN_MM = 1.0
 
 
 def pc(
-    interface: Annotated[str | None, _live.interface("the line of 'rtec box'.")] = None,
-    channel: _live.OfChannel = None,
-    bitrate: _live.OfBitrate = None,
-    dbc: _live.OfDbc = None,
-    axis: _live.OfAxis = None,
-    axes: _live.OfAxes = None,
-    table: Annotated[
-        Path | None, option("--table", "FILE", "Errors by position: .csv, or .comp of LinuxCNC.", panel=MACHINE)
-    ] = None,
-    table_unit: Annotated[
-        str | None,
-        word("--table-unit", "mm|inch", "Unit of a LinuxCNC table; the file does not say it.", panel=MACHINE),
-    ] = None,
-    models: Annotated[
-        list[Path] | None,
-        option(
-            "--model", "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis.", panel=MACHINE
-        ),
-    ] = None,
-    cautious: Annotated[
-        bool, flag("--cautious", "Ask for no more than its interval supports.", panel=MACHINE)
-    ] = False,
-    travel_mm: Annotated[
-        float, quantity("--travel", LENGTH, "1000mm", "From home on, for a --model.", panel=MACHINE)
-    ] = default("1000mm"),
-    home_mm: Annotated[
-        float | None,
-        quantity("--home", LENGTH, "1inch", "Where home is in the predictor's positions.", panel=MACHINE),
-    ] = None,
-    design: _live.OfDesign = default("a"),
-    count_mm: _live.OfCount = default("1um"),
-    large: Annotated[bool, flag("--large", "The first request may exceed the window.", panel=MACHINE)] = False,
-    probe: Annotated[bool, flag("--probe", "Probing mode: nothing is corrected.", panel=MACHINE)] = False,
-    reset: Annotated[bool, flag("--reset", "Acknowledge a box that has stopped for good.", panel=MACHINE)] = False,
-    window_steps: _live.OfWindow = 3,
-    cycle_ps: _live.OfCycle = default("10ms"),
-    watchdog_ps: _live.OfWatchdog = None,
-    limit_mm: Annotated[
-        float, quantity("--deviation-limit", LENGTH, "0.3mm", "Never ask for more.", panel=TIMES, show_default=False)
-    ] = 0.0,
-    completion_timeout_ps: Annotated[
-        int,
-        time_ps(
-            "--completion-timeout",
-            "2s",
-            "Longest time that an accepted total may take.",
-            panel=TIMES,
-            show_default=False,
-        ),
-    ] = 0,
-    start_up_s: Annotated[
-        float, _live.seconds("--start-up", "60s", "Longest wait until the boxes are there and ready.")
-    ] = default("60s"),
-    duration_s: _live.OfDuration = None,
-    log: _live.OfLog = None,
-    force: _live.Force = False,
-    plain: _live.Plain = False,
-    as_json: _live.Json = False,
+    interface: str | None = _live.interface("the line of 'rtec box'."),
+    channel: str | None = _live.CHANNEL,
+    bitrate: int | None = _live.BITRATE,
+    dbc: Path | None = _live.DBC,
+    axis: int | None = _live.AXIS,
+    axes: int | None = _live.AXES,
+    table: Path | None = option("--table", "FILE", "Errors by position: .csv, or .comp of LinuxCNC.", panel=MACHINE),
+    table_unit: str | None = word(
+        "--table-unit", "mm|inch", "Unit of a LinuxCNC table; the file does not say it.", panel=MACHINE
+    ),
+    models: list[Path] | None = option(
+        "--model", "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis.", panel=MACHINE
+    ),
+    cautious: bool = flag("--cautious", "Ask for no more than its interval supports.", panel=MACHINE),
+    travel_mm: float = quantity(
+        "--travel", LENGTH, "1000mm", "From home on, for a --model.", panel=MACHINE, default="1000mm"
+    ),
+    home_mm: float | None = quantity(
+        "--home", LENGTH, "1inch", "Where home is in the predictor's positions.", panel=MACHINE
+    ),
+    design: Design = _live.DESIGN,
+    count_mm: float = _live.COUNT,
+    large: bool = flag("--large", "The first request may exceed the window.", panel=MACHINE),
+    probe: bool = flag("--probe", "Probing mode: nothing is corrected.", panel=MACHINE),
+    reset: bool = flag("--reset", "Acknowledge a box that has stopped for good.", panel=MACHINE),
+    window_steps: int = _live.WINDOW,
+    cycle_ps: int = _live.CYCLE,
+    watchdog_ps: int | None = _live.WATCHDOG,
+    limit_mm: float = quantity(
+        "--deviation-limit", LENGTH, "0.3mm", "Never ask for more.", panel=TIMES, show_default=False, default=0.0
+    ),
+    completion_timeout_ps: int = time_ps(
+        "--completion-timeout",
+        "2s",
+        "Longest time that an accepted total may take.",
+        panel=TIMES,
+        show_default=False,
+        default=0,
+    ),
+    start_up_s: float = _live.seconds(
+        "--start-up", "60s", "Longest wait until the boxes are there and ready.", default="60s"
+    ),
+    duration_s: float | None = _live.DURATION,
+    log: Path | None = _live.LOG,
+    force: bool = _live.FORCE,
+    plain: bool = _live.PLAIN,
+    as_json: bool = _live.JSON,
 ) -> None:
     """Correct axes on a live bus by what a predictor says, and hold the machine where it must be held.
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from rtec.cli._console import note, print_json, progress
 from rtec.cli._kinds import Role
-from rtec.cli._live import BUS, OUTPUT, TIMES, BusWords, OfBitrate, OfChannel, interface, seconds
-from rtec.cli._parameters import default, flag, member, pure, time_ps
+from rtec.cli._live import BITRATE, BUS, CHANNEL, OUTPUT, TIMES, BusWords, interface, seconds
+from rtec.cli._parameters import flag, member, pure, time_ps
 
 if TYPE_CHECKING:
     from rtec.live.compared import Difference
@@ -23,31 +23,26 @@ _SHOWN = 20
 
 
 def replay(
-    log: Annotated[
-        Path, typer.Argument(metavar="LOG", help="A .log (candump), .asc or .blf file.", show_default=False)
-    ],
-    role: Annotated[
-        Role,
-        member(
-            "--as",
-            "rtec.live.played:Role",
-            "pc|box",
-            "Whose frames are played: those of the PC to a box, or of the box to a PC.",
-            panel=BUS,
-        ),
-    ] = default("pc"),
-    interface: Annotated[str | None, interface("the line of 'rtec box'.")] = None,
-    channel: OfChannel = None,
-    bitrate: OfBitrate = None,
-    speed: Annotated[
-        float, pure("--speed", "N", "Play N times as fast as it was recorded.", low=0.1, high=10.0, panel=TIMES)
-    ] = default("1"),
-    tolerance_ps: Annotated[
-        int | None,
-        time_ps("--tolerance", "50ms", "Answers may come so much sooner or later; 5 cycles without.", panel=TIMES),
-    ] = None,
-    start_up_s: Annotated[float, seconds("--start-up", "60s", "Longest wait for the node.")] = default("60s"),
-    as_json: Annotated[bool, flag("--json", "One JSON document on stdout.", panel=OUTPUT)] = False,
+    log: Path = typer.Argument(..., metavar="LOG", help="A .log (candump), .asc or .blf file.", show_default=False),
+    role: Role = member(
+        "--as",
+        "rtec.live.played:Role",
+        "pc|box",
+        "Whose frames are played: those of the PC to a box, or of the box to a PC.",
+        panel=BUS,
+        default="pc",
+    ),
+    interface: str | None = interface("the line of 'rtec box'."),
+    channel: str | None = CHANNEL,
+    bitrate: int | None = BITRATE,
+    speed: float = pure(
+        "--speed", "N", "Play N times as fast as it was recorded.", low=0.1, high=10.0, panel=TIMES, default="1"
+    ),
+    tolerance_ps: int | None = time_ps(
+        "--tolerance", "50ms", "Answers may come so much sooner or later; 5 cycles without.", panel=TIMES
+    ),
+    start_up_s: float = seconds("--start-up", "60s", "Longest wait for the node.", default="60s"),
+    as_json: bool = flag("--json", "One JSON document on stdout.", panel=OUTPUT),
 ) -> None:
     """Play a bus log into a live node, at the log's own times, and compare its answers with those of the log.
 

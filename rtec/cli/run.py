@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -22,28 +22,23 @@ _FAILS = 1
 
 
 def run(
-    study: Annotated[
-        Path | None, typer.Argument(metavar="[STUDY.toml]", help="Study to run; the built-in one without it.")
-    ] = None,
-    output: Annotated[Path | None, folder("-o --output", "Folder of the report; a new one without it.")] = None,
-    force: Annotated[bool, force("Write into a folder or over a file that exists.")] = False,
-    repeatability_mm: Annotated[
-        float | None,
-        quantity(
-            "--repeatability", LENGTH, "1um", "Standard deviation of a reading; 0um for readings without noise."
-        ),
-    ] = None,
-    seed: Annotated[int | None, whole("--seed", "Seed of the readings' noise.", low=0)] = None,
-    firmware: Annotated[
-        bool, flag("--firmware", "Run the box's real machine code in place of the behavioural model.")
-    ] = False,
-    processor: Annotated[
-        Microcontroller | None, processor(f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'.")
-    ] = None,
-    write_study: Annotated[
-        Path | None, written("--write-study", "FILE", "Write the built-in study to FILE for you to change, and stop.")
-    ] = None,
-    json: Annotated[bool, flag("--json", "One JSON document on stdout.")] = False,
+    study: Path | None = typer.Argument(
+        None, metavar="[STUDY.toml]", help="Study to run; the built-in one without it."
+    ),
+    output: Path | None = folder("-o --output", "Folder of the report; a new one without it."),
+    force: bool = force("Write into a folder or over a file that exists."),
+    repeatability_mm: float | None = quantity(
+        "--repeatability", LENGTH, "1um", "Standard deviation of a reading; 0um for readings without noise."
+    ),
+    seed: int | None = whole("--seed", "Seed of the readings' noise.", low=0),
+    firmware: bool = flag("--firmware", "Run the box's real machine code in place of the behavioural model."),
+    processor: Microcontroller | None = processor(
+        f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'."
+    ),
+    write_study: Path | None = written(
+        "--write-study", "FILE", "Write the built-in study to FILE for you to change, and stop."
+    ),
+    json: bool = flag("--json", "One JSON document on stdout."),
 ) -> None:
     """Calibrate an axis, find what is wrong with it, correct it with each insertion design, and report it all.
 

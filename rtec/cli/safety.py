@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -26,34 +26,25 @@ _PS_PER_H = 3600 * PS_PER_S
 
 def safety(
     context: typer.Context,
-    output: Annotated[
-        Path | None,
-        written("-o --output", "FILE.md", "Write the page here, picture and table beside it.", endings=(".md",)),
-    ] = None,
-    fault: Annotated[
-        list[str] | None,
-        option(
-            "--fault",
-            "FAULT",
-            "Only this class of faults, or this fault; may be given again.",
-            complete=completing(FAULTS),
-        ),
-    ] = None,
-    phase: Annotated[
-        list[str] | None,
-        option(
-            "--phase", "PHASE", f"Only in this: {', '.join(PHASES)}; may be given again.", complete=completing(PHASES)
-        ),
-    ] = None,
-    design: Annotated[list[Design] | None, design("Only this design; may be given again.")] = None,
-    seeds: Annotated[int, whole("--seeds", "Runs of each fault in each phase.", low=1, high=1000)] = 3,
-    first: Annotated[int, whole("--first", "Number of the first of these runs.", low=0, high=999)] = 0,
-    seed: Annotated[int, whole("--seed", "Of everything that is random.", low=0, high=(1 << 32) - 1)] = 1,
-    soak_ps: Annotated[
-        int | None, time_ps("--soak", "100h", "Also run so many hours of cutting with random faults.")
-    ] = None,
-    force: Annotated[bool, force("Write over files that exist.")] = False,
-    json: _measured.Json = False,
+    output: Path | None = written(
+        "-o --output", "FILE.md", "Write the page here, picture and table beside it.", endings=(".md",)
+    ),
+    fault: list[str] | None = option(
+        "--fault",
+        "FAULT",
+        "Only this class of faults, or this fault; may be given again.",
+        complete=completing(FAULTS),
+    ),
+    phase: list[str] | None = option(
+        "--phase", "PHASE", f"Only in this: {', '.join(PHASES)}; may be given again.", complete=completing(PHASES)
+    ),
+    design: list[Design] | None = design("Only this design; may be given again."),
+    seeds: int = whole("--seeds", "Runs of each fault in each phase.", low=1, high=1000, default=3),
+    first: int = whole("--first", "Number of the first of these runs.", low=0, high=999, default=0),
+    seed: int = whole("--seed", "Of everything that is random.", low=0, high=(1 << 32) - 1, default=1),
+    soak_ps: int | None = time_ps("--soak", "100h", "Also run so many hours of cutting with random faults."),
+    force: bool = force("Write over files that exist."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Inject every fault in every phase of operation, and compare what the controller counts in the end.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -15,7 +15,6 @@ from rtec.cli._parameters import (
     Works,
     apart,
     choice,
-    default,
     design,
     flag,
     member,
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def _sign(name: str, text: str) -> Any:
-    return option(name, "+|-", text, read=lambda said: 1 if choice(said, "+-", name=name) == "+" else -1)
+    return option(name, "+|-", text, default="+", read=lambda said: 1 if choice(said, "+-", name=name) == "+" else -1)
 
 
 def _steps(said: str) -> int:
@@ -62,24 +61,22 @@ class _BoxOptions(OptionGroup):
 
     PANEL = "The box"
 
-    poll_ps: Annotated[int | None, time_ps("--poll", "TIME", "Interval of its looks at the lines.")] = None
-    poll_offset_ps: Annotated[int | None, time_ps("--poll-offset", "TIME", "Time of one of them.")] = None
-    decide_ps: Annotated[int | None, time_ps("--decide", "TIME", "From the look to the first change.")] = None
-    step_ps: Annotated[int | None, time_ps("--step", "TIME", "Between changes of one insertion.")] = None
-    recover_ps: Annotated[int | None, time_ps("--recover", "TIME", "After the last change.")] = None
-    latency_ps: Annotated[int | None, time_ps("--latency", "TIME", "Design B: from input to output.")] = None
-    rest_ps: Annotated[int | None, time_ps("--rest", "TIME", "Without an edge so long, the axis rests.")] = None
-    gate_margin: Annotated[float | None, share("--gate-margin", "15%", "Reserve of the speed gate.")] = None
-    no_gate: Annotated[bool, flag("--no-gate", "No speed gate.")] = False
-    real_edges: Annotated[
-        RealEdges,
-        member(
-            "--real-edges",
-            "rtec.injector:RealEdges",
-            "hold|merge",
-            "A real edge inside an insertion waits, or merges with it.",
-        ),
-    ] = default("hold")
+    poll_ps: int | None = time_ps("--poll", "TIME", "Interval of its looks at the lines.")
+    poll_offset_ps: int | None = time_ps("--poll-offset", "TIME", "Time of one of them.")
+    decide_ps: int | None = time_ps("--decide", "TIME", "From the look to the first change.")
+    step_ps: int | None = time_ps("--step", "TIME", "Between changes of one insertion.")
+    recover_ps: int | None = time_ps("--recover", "TIME", "After the last change.")
+    latency_ps: int | None = time_ps("--latency", "TIME", "Design B: from input to output.")
+    rest_ps: int | None = time_ps("--rest", "TIME", "Without an edge so long, the axis rests.")
+    gate_margin: float | None = share("--gate-margin", "15%", "Reserve of the speed gate.")
+    no_gate: bool = flag("--no-gate", "No speed gate.")
+    real_edges: RealEdges = member(
+        "--real-edges",
+        "rtec.injector:RealEdges",
+        "hold|merge",
+        "A real edge inside an insertion waits, or merges with it.",
+        default="hold",
+    )
 
     def settings(self, design: Design, works: Works) -> InjectorSettings:
         """Return the box with a design in it, and with what works in it."""
@@ -103,34 +100,24 @@ class _EncoderOptions(OptionGroup):
 
     PANEL = "The encoder"
 
-    phase_error_deg: Annotated[float, quantity("--phase-error", ANGLE, "10deg", "B lags A by 90deg plus this.")] = (
-        default("0deg")
+    phase_error_deg: float = quantity("--phase-error", ANGLE, "10deg", "B lags A by 90deg plus this.", default="0deg")
+    duty_error_a: float = share("--duty-a", "2%", "A is high longer by this share of a cycle.", default="0%")
+    duty_error_b: float = share("--duty-b", "2%", "B is high longer by this share of a cycle.", default="0%")
+    jitter_ps: int = time_ps("--jitter", "5ns", "Bound of the edges' jitter, triangular.", default="0ns")
+    counts_per_rev: int = whole("--counts-per-rev", "Rotary encoder; 0: a scale.", default=0)
+    eccentricity_counts: float = option(
+        "--eccentricity",
+        "'2 count'",
+        "Amplitude of the once-per-revolution error.",
+        read=lambda said: parse_in(said, "count", name="--eccentricity"),
+        default="0 count",
     )
-    duty_error_a: Annotated[float, share("--duty-a", "2%", "A is high longer by this share of a cycle.")] = default(
-        "0%"
+    eccentricity_deg: float = quantity(
+        "--eccentricity-phase", ANGLE, "90deg", "Its phase at count 0.", default="0deg"
     )
-    duty_error_b: Annotated[float, share("--duty-b", "2%", "B is high longer by this share of a cycle.")] = default(
-        "0%"
-    )
-    jitter_ps: Annotated[int, time_ps("--jitter", "5ns", "Bound of the edges' jitter, triangular.")] = default("0ns")
-    counts_per_rev: Annotated[int, whole("--counts-per-rev", "Rotary encoder; 0: a scale.")] = 0
-    eccentricity_counts: Annotated[
-        float,
-        option(
-            "--eccentricity",
-            "'2 count'",
-            "Amplitude of the once-per-revolution error.",
-            read=lambda said: parse_in(said, "count", name="--eccentricity"),
-        ),
-    ] = default("0 count")
-    eccentricity_deg: Annotated[float, quantity("--eccentricity-phase", ANGLE, "90deg", "Its phase at count 0.")] = (
-        default("0deg")
-    )
-    glitch_probability: Annotated[float, share("--glitch-probability", "0.1%", "That a glitch follows an edge.")] = (
-        default("0%")
-    )
-    glitch_ps: Annotated[int, time_ps("--glitch-width", "20ns", "Width of a glitch.")] = default("20ns")
-    home_state: Annotated[int, whole("--home-state", "Angle state at the start: 00, 10, 11, 01.", metavar="0..3")] = 0
+    glitch_probability: float = share("--glitch-probability", "0.1%", "That a glitch follows an edge.", default="0%")
+    glitch_ps: int = time_ps("--glitch-width", "20ns", "Width of a glitch.", default="20ns")
+    home_state: int = whole("--home-state", "Angle state at the start: 00, 10, 11, 01.", metavar="0..3", default=0)
 
     def settings(self, seed: int) -> Encoder:
         """Return the encoder; the seed is that of its jitter and glitches."""
@@ -146,45 +133,48 @@ class _ReceiverOptions(OptionGroup):
 
     PANEL = "The controller's input"
 
-    filter_samples: Annotated[int, whole("--filter-samples", "Ticks that must see a level; 0: no filter.")] = 3
-    clock_hz: Annotated[int, option("--filter-clock", "50MHz", "Clock of the filter.", read=_hertz)] = default(
-        "50MHz"
+    filter_samples: int = whole("--filter-samples", "Ticks that must see a level; 0: no filter.", default=3)
+    clock_hz: int = option("--filter-clock", "50MHz", "Clock of the filter.", read=_hertz, default="50MHz")
+    multiplication: Multiplication = member(
+        "--multiplication",
+        "rtec.controller:Multiplication",
+        "1|2|4",
+        "Counts made of one encoder cycle.",
+        default="4",
     )
-    multiplication: Annotated[
-        Multiplication,
-        member("--multiplication", "rtec.controller:Multiplication", "1|2|4", "Counts made of one encoder cycle."),
-    ] = default("4")
-    policy: Annotated[
-        IllegalPolicy,
-        member("--policy", "rtec.controller:IllegalPolicy", "ignore|fault|guess", "What an illegal transition does."),
-    ] = default("ignore")
-    counter_bits: Annotated[int, whole("--counter-bits", "Width of the counter; 0: never wraps.")] = 32
+    policy: IllegalPolicy = member(
+        "--policy",
+        "rtec.controller:IllegalPolicy",
+        "ignore|fault|guess",
+        "What an illegal transition does.",
+        default="ignore",
+    )
+    counter_bits: int = whole("--counter-bits", "Width of the counter; 0: never wraps.", default=32)
 
 
 def simulate(
-    design: Annotated[Design, design("Insertion design.")],
-    frequency_hz: Annotated[
-        float,
-        quantity(
-            "--frequency", FREQUENCY, "500kHz", "Of the encoder's A (or B) square wave; of a motion the highest."
-        ),
-    ],
-    corrections: Annotated[int, option("--corrections", "N", "Steps asked for.", read=_steps)],
-    *,
-    cycles: Annotated[int | None, whole("--cycles", "Travel there and back; a cycle is four counts.")] = None,
-    motion: Annotated[AskedMotion, motion("While corrections are asked for")] = default("steady"),
-    acceleration_hz_s: Annotated[float, acceleration("Of the frequency, at most; not for steady.")] = default(
-        ACCELERATION
+    design: Design = design("Insertion design.", default=...),
+    frequency_hz: float = quantity(
+        "--frequency",
+        FREQUENCY,
+        "500kHz",
+        "Of the encoder's A (or B) square wave; of a motion the highest.",
+        default=...,
     ),
-    timing: Annotated[Works, works("What works in the box.")] = default("fast"),
-    direction: Annotated[int, _sign("--direction", "Of the motion.")] = default("+"),
-    sign: Annotated[int, _sign("--sign", "- takes counts away instead of adding them.")] = default("+"),
-    seed: Annotated[int, whole("--seed", "Of jitter, glitches and the adversary.")] = 0,
+    corrections: int = option("--corrections", "N", "Steps asked for.", read=_steps, default=...),
+    *,
+    cycles: int | None = whole("--cycles", "Travel there and back; a cycle is four counts."),
+    motion: AskedMotion = motion("While corrections are asked for", default="steady"),
+    acceleration_hz_s: float = acceleration("Of the frequency, at most; not for steady.", default=ACCELERATION),
+    timing: Works = works("What works in the box.", default="fast"),
+    direction: int = _sign("--direction", "Of the motion."),
+    sign: int = _sign("--sign", "- takes counts away instead of adding them."),
+    seed: int = whole("--seed", "Of jitter, glitches and the adversary.", default=0),
     box: _BoxOptions,
     encoder: _EncoderOptions,
     receiver: _ReceiverOptions,
     seen: Seen,
-    as_json: Annotated[bool, flag("--json", "One JSON document on stdout, nothing else.", panel=Seen.PANEL)] = False,
+    as_json: bool = flag("--json", "One JSON document on stdout, nothing else.", panel=Seen.PANEL),
 ) -> None:
     """Send an encoder's edges through the box into the controller, compare the counts, and draw an insertion.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from rtec.cli import _console, _measured
 from rtec.cli._kinds import Design
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def tables(
-    design: Annotated[Design | None, design("Insertion design; all four without it.")] = None,
-    json: _measured.Json = False,
+    design: Design | None = design("Insertion design; all four without it."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Show what each design does to A and B, from every state and for both signs, by letting it insert.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import announce_compilation, note, print_json, progress
-from rtec.cli._parameters import default, flag, force, needs, option, whole, written
+from rtec.cli._parameters import flag, force, needs, option, whole, written
 from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
@@ -43,36 +43,25 @@ def _budget(said: str) -> float:
 
 
 def train(
-    data: _measured.Data,
+    data: Path = _measured.DATA,
     *,
-    heldout: Annotated[
-        Path | None, option("--heldout", "FILE", "Another measurement that judges, best at other targets.")
-    ] = None,
-    output: Annotated[
-        Path | None, written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",))
-    ] = None,
-    pick: Annotated[
-        str | None,
-        option(
-            "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS), read=_row
-        ),
-    ] = None,
-    figure: Annotated[
-        Path | None, written("--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES)
-    ] = None,
-    budget_s: Annotated[
-        float, option("--budget", "'2 min'", "Time that all networks share.", read=_budget)
-    ] = default("40 s"),
-    starts: Annotated[int, whole("--starts", "Trainings of a network, from other weights.", low=1, high=1000)] = 10,
-    thesis: Annotated[
-        bool, flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours.")
-    ] = False,
-    screw_pitch: _measured.ScrewPitch = None,
-    counts_per_rev: _measured.CountsPerRev = None,
+    heldout: Path | None = option("--heldout", "FILE", "Another measurement that judges, best at other targets."),
+    output: Path | None = written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",)),
+    pick: str | None = option(
+        "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS), read=_row
+    ),
+    figure: Path | None = written(
+        "--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES
+    ),
+    budget_s: float = option("--budget", "'2 min'", "Time that all networks share.", read=_budget, default="40 s"),
+    starts: int = whole("--starts", "Trainings of a network, from other weights.", low=1, high=1000, default=10),
+    thesis: bool = flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours."),
+    screw_pitch: str | None = _measured.SCREW_PITCH,
+    counts_per_rev: str | None = _measured.COUNTS_PER_REV,
     columns: _measured.ColumnOptions,
-    seed: Annotated[int, whole("--seed", "Draws what is held out, and the first weights.", low=0)] = 0,
-    force: Annotated[bool, force("Write over files that exist.")] = False,
-    json: _measured.Json = False,
+    seed: int = whole("--seed", "Draws what is held out, and the first weights.", low=0, default=0),
+    force: bool = force("Write over files that exist."),
+    json: bool = _measured.JSON,
 ) -> None:
     """Fit tables, physical effects and networks to one measurement, and compare them by readings that none has seen.
 

@@ -23,8 +23,16 @@ from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_plan import LATHE_MM
 from rtec.predictors import Predictor
 from rtec.requester.settings import HandshakeSettings
-from rtec.study.consistency import check_calibration, check_dwells, check_feed, check_range, check_sizes
-from rtec.study.models import LEARNED, axis_error_of, model_of
+from rtec.study.models import (
+    LEARNED,
+    axis_error_of,
+    check_calibration,
+    check_dwells,
+    check_feed,
+    check_range,
+    check_sizes,
+    model_of,
+)
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, RATE, SPEED, TIME
 
 UNITS = ("um", "mm", "inch")

@@ -1,19 +1,26 @@
-"""The true error of an axis and the PC's model of it, as a study states them."""
+"""The true error of an axis and the PC's model of it, as a study states them, and whether its tables fit together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
+from rtec.axis import Limits
 from rtec.errors import ArgumentError, nearest
 from rtec.inference.static_predictor import LeftOut, predictor_of_file
 from rtec.io import Section
+from rtec.machine import Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, NoError, Predictor, read_table
 from rtec.predictors.binding import check_curve
 
 LEARNED, LATHE, TRUTH = "learned", "lathe", "axis"
 """Predictors that need no file: from a calibration, the network that the thesis prints, and the true error."""
+MAX_READINGS = 200_000
+"""Of a measurement: sixteen times the thesis's calibration."""
+MAX_CALIBRATION = 50_000
+"""Four times the thesis's: the search for effects takes time in proportion."""
+MAX_TABLE_POINTS = 1_000_000
 
 
 def axis_error_of(section: Section, folder: Path) -> Predictor:
@@ -75,3 +82,41 @@ def model_of(
         predictor, left_out = predictor_of_file(file, plan.start_mm, plan.end_mm, cautious=cautious)
         check_curve(predictor, "model", hint="a study has one axis; rtec pc takes predictors of several")
         return predictor, left_out
+
+
+def check_range(section: Section, plan: MeasuringPlan, what: str, predictor: Predictor) -> None:
+    """Refuse targets outside a predictor's range; overshoots may lie outside, there it is held."""
+    low, high = predictor.range_mm
+    for key, end_mm in (("start", plan.start_mm), ("end", plan.end_mm)):
+        if not low - 1e-8 <= end_mm <= high + 1e-8:
+            raise section.refused(key, f"{low:g} to {high:g} mm", problem=f"is outside the range of {what}")
+
+
+def check_feed(program: Section, plan: MeasuringPlan, limits: Limits) -> None:
+    """Refuse a feed that the axis cannot reach."""
+    if plan.feed_mm_s > limits.max_speed_mm_s * (1.0 + 1e-9):
+        allowed = f"at most {limits.max_speed_mm_s:g} mm/s"
+        raise program.refused("feed", allowed, problem="is faster than axis.max_speed")
+
+
+def check_dwells(laser: Section, plan: MeasuringPlan, settings: Laser, whose: str) -> None:
+    """Refuse a reading that takes longer than the axis stands in the plan of the table ``whose``."""
+    if settings.dwell_s >= plan.dwell_s:
+        raise laser.refused("dwell", f"less than {plan.dwell_s:g} s", problem=f"is not less than {whose}.dwell")
+
+
+def check_calibration(section: Section, plan: MeasuringPlan) -> None:
+    """Refuse a calibration that would take too long to be looked through."""
+    _check_number(section, "increment", plan.number_of_readings, MAX_CALIBRATION, "readings")
+
+
+def check_sizes(program: Section, controller: Section, plan: MeasuringPlan, table_interval_mm: float) -> None:
+    """Refuse a measurement or a table that would fill the memory."""
+    _check_number(program, "increment", plan.number_of_readings, MAX_READINGS, "readings")
+    points = (plan.end_mm - plan.start_mm) / table_interval_mm
+    _check_number(controller, "table_interval", points, MAX_TABLE_POINTS, "points")
+
+
+def _check_number(section: Section, key: str, number: float, most: int, what: str) -> None:
+    if number > most:
+        raise section.refused(key, f"a longer one: at most {most} {what}", problem=f"makes {number:.0f} {what}")
