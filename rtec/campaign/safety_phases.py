@@ -60,6 +60,18 @@ class Phase(enum.Enum):
         return known[word]
 
 
+class Order(enum.Enum):
+    """What the operator does."""
+
+    PROBE = "probe"
+    CUT = "cut"
+    LARGE = "large correction"
+
+
+Orders = list[tuple[int, Order]]
+"""What he does at which time, ps."""
+
+
 def hyphened(text: str) -> str:
     """Return a name in words as one word of a command line.
 
@@ -128,33 +140,31 @@ def new_cell(
 
 def run_through(cell: MonitoredCell, phase: Phase, *, until_ps: int = END_PS) -> None:
     """Run a machine through its phase, the operator's part included; a held machine is left soon."""
-    for at_ps in (*_ORDERS.get(phase, ()), until_ps):
-        if at_ps > until_ps:
-            continue
+    orders = [order for order in _ORDERS.get(phase, []) if order[0] < until_ps]
+    for at_ps, order in (*orders, (until_ps, None)):
         cell.monitor(until_ps=at_ps, stop_after_ps=_AFTER_STOP_PS)
         if cell.now_ps < at_ps:
             break
-        if at_ps < until_ps:
-            _order(cell, phase, first=at_ps == _ORDERS[phase][0])
+        if order is not None:
+            carry_out(cell, order, sinusoidal_table(offset_mm=_HOT_MM))
     if any(axis.stop_ps is not None for axis in cell.monitored):
         cell.settle()
 
 
-_ORDERS = {Phase.PROBING: (1_200 * PS_PER_MS, 4_200 * PS_PER_MS), Phase.LARGE: (1_000 * PS_PER_MS,)}
+_ORDERS: dict[Phase, Orders] = {
+    Phase.PROBING: [(1_200 * PS_PER_MS, Order.PROBE), (4_200 * PS_PER_MS, Order.CUT)],
+    Phase.LARGE: [(1_000 * PS_PER_MS, Order.LARGE)],
+}
 
 
-def hot_table() -> Predictor:
-    """Return the prediction of the machine once it is hot."""
-    return sinusoidal_table(offset_mm=_HOT_MM)
-
-
-def _order(cell: MonitoredCell, phase: Phase, *, first: bool) -> None:
-    if phase is Phase.PROBING:
-        cell.probe(first)
-    else:
-        cell.predict_by(hot_table())
-        cell.set_reference(hot_table())
-        cell.allow_large_correction()
+def carry_out(cell: MonitoredCell, order: Order, hot: Predictor) -> None:
+    """Do what the operator does; ``hot`` is the prediction of the machine once it is hot."""
+    if order is not Order.LARGE:
+        cell.probe(order is Order.PROBE)
+        return
+    cell.predict_by(hot)
+    cell.set_reference(hot)
+    cell.allow_large_correction()
 
 
 _MOMENTS = {

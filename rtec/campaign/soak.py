@@ -16,9 +16,9 @@ import numpy as np
 
 from rtec.campaign.safety_matrix import Outcome
 from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
-from rtec.campaign.safety_phases import Phase
+from rtec.campaign.safety_phases import Order, Orders, Phase, carry_out
 from rtec.campaign.safety_variants import VARIANTS, Variant
-from rtec.campaign.soak_program import Order, Orders, Programs, draw_orders, draw_programs
+from rtec.campaign.soak_program import Programs, draw_orders, draw_programs
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
@@ -286,7 +286,7 @@ def _run(cell: MonitoredCell, programs: Programs, orders: Orders, drawn: Drawn, 
     began = sorted({fault.from_ps for _, _, fault in drawn})
     end_ps = programs.end_ps
     times = sorted({*began, *(at_ps for at_ps, _ in orders), end_ps})
-    doing = {at_ps: order for at_ps, order in orders}
+    doing = dict(orders)
     at_fault = {fault.from_ps: (axis, fault.trigger) for _, axis, fault in drawn}
     probing, large_ps = False, -(10**15)
     for at_ps in times:
@@ -298,14 +298,13 @@ def _run(cell: MonitoredCell, programs: Programs, orders: Orders, drawn: Drawn, 
             phase = Phase.LARGE if at_ps - large_ps < 100 * PS_PER_MS else _phase(cell, axis, probing)
             phases.append(Phase.INSERTION if trigger is Trigger.WHILE_INSERTING else phase)
         order = doing.get(at_ps)
-        if order is Order.PROBE or order is Order.CUT:
-            probing = order is Order.PROBE
-            cell.probe(probing)
-        elif order is Order.LARGE and not probing:
+        if order is None or (order is Order.LARGE and probing):
+            continue
+        if order is Order.LARGE:
             large_ps = at_ps
-            cell.predict_by(hot)
-            cell.set_reference(hot)
-            cell.allow_large_correction()
+        else:
+            probing = order is Order.PROBE
+        carry_out(cell, order, hot)
     if any(axis.stop_ps is not None for axis in cell.monitored):
         cell.settle()
     return phases

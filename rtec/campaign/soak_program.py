@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import enum
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.campaign.safety_phases import Order, Orders
 from rtec.machine.station import Move
 from rtec.units import PS_PER_S
 
@@ -20,17 +20,6 @@ _ACCELERATION_MM_S2 = 500.0
 _REST_S = (0.0, 3.0)
 _SETTLING_S = 3.0
 _FOR_GOOD_S = 1e5
-
-
-class Order(enum.Enum):
-    """What the operator does."""
-
-    PROBE = "probe"
-    CUT = "cut"
-    LARGE = "large correction"
-
-
-Orders = list[tuple[int, Order]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
