@@ -87,69 +87,46 @@ class EnvelopePlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailingTrial:
-    """The trial just above the limit that failed, so that it can be found again.
-
-    Parameters
-    ----------
-    frequency_hz
-        Of the encoder's square waves.
-    phase_clocks
-        Clocks of the processor from the beginning of the sweep to the first transition.
-    direction, sign
-        Of the motion, +1 or -1, and of the steps owed, 0 for none.
-    behind_state
-        State 1..4 of the report's table behind which the insertion was set off; None in a steady stream.
-    what
-        Went wrong.
-    stream
-        In a motion all of it, as ``rtec check --stream`` plays it again.
-    """
+    """The trial just above the limit that failed, so that it can be found again."""
 
     frequency_hz: float
+    """Of the encoder's square waves."""
     phase_clocks: int | None = None
+    """Clocks of the processor from the beginning of the sweep to the first transition."""
     direction: int | None = None
     sign: int | None = None
+    """``direction``, ``sign``: of the motion, +1 or -1, and of the steps owed, 0 for none."""
     behind_state: int | None = None
+    """State 1..4 of the report's table behind which the insertion was set off; None in a steady stream."""
     what: str
+    """Went wrong."""
     stream: str | None = None
+    """In a motion all of it, as ``rtec check --stream`` plays it again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnvelopeRow:
-    """The envelope of one design on one processor.
-
-    Parameters
-    ----------
-    plan
-        By which it was found.
-    design, processor
-        What was on the board.
-    max_safe_hz
-        Largest safe frequency of the encoder's square waves; 0.0 where there is none.
-    limited_by
-        What breaks first.
-    failing
-        The first trial that failed, or None.
-    gate
-        What the speed gate does.
-    speeds
-        What it does at each frequency, and which jitter and acceleration it stands.
-    loop_cycles
-        Period of the waiting loop; None for a program that passes the lines on.
-    trials
-        Made in all.
-    """
+    """The envelope of one design on one processor."""
 
     plan: EnvelopePlan
+    """By which it was found."""
     design: Design
     processor: Microcontroller
+    """``design``, ``processor``: what was on the board."""
     max_safe_hz: float
+    """Largest safe frequency of the encoder's square waves; 0.0 where there is none."""
     limited_by: Mechanism
+    """What breaks first."""
     failing: FailingTrial | None
+    """The first trial that failed, or None."""
     gate: Gate | None
+    """What the speed gate does."""
     speeds: Speeds
+    """What it does at each frequency, and which jitter and acceleration it stands."""
     loop_cycles: int | None
+    """Period of the waiting loop; None for a program that passes the lines on."""
     trials: int
+    """Made in all."""
 
     @property
     def checked_to_hz(self) -> float | None:

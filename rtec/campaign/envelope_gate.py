@@ -32,19 +32,13 @@ _HARMFUL = (kernels.ILLEGAL, kernels.WRONG_COUNT, kernels.FAULT)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gate:
-    """What the speed gate does.
-
-    Parameters
-    ----------
-    gate_hz
-        Largest steady frequency at which something is still inserted; None where nothing ever is in motion.
-    max_acceleration_counts_s2
-        Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
-        smallest one tried already breaks one, None where none does or nothing is inserted in motion.
-    """
+    """What the speed gate does."""
 
     gate_hz: float | None
+    """Largest steady frequency at which something is still inserted; None where nothing ever is in motion."""
     max_acceleration_counts_s2: float | None
+    """Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
+    smallest one tried already breaks one, None where none does or nothing is inserted in motion."""
 
 
 def gate_of(stand: Stand, safe_hz: float, jitter_ps: int = 0, *, top_hz: float = math.inf, phases: int = 2) -> Gate:

@@ -24,25 +24,17 @@ _LISTED = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Armed:
-    """A moment before the transition that sets off an insertion.
-
-    Parameters
-    ----------
-    moment
-        Begins with the work on a reading; the whole of the next one may pass without a transition.
-    waiting_ps
-        From there until the program waits.
-    direction, sign
-        Of the motion and of the step that is owed.
-    into
-        Angle state 0..3 into which the transition leads.
-    """
+    """A moment before the transition that sets off an insertion."""
 
     moment: Moment
+    """Begins with the work on a reading; the whole of the next one may pass without a transition."""
     waiting_ps: int
+    """From there until the program waits."""
     direction: int
     sign: int
+    """``direction``, ``sign``: of the motion and of the step that is owed."""
     into: int
+    """Angle state 0..3 into which the transition leads."""
 
 
 def armed_moments(stand: Stand) -> list[Armed]:

@@ -68,21 +68,14 @@ class InMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionLimit:
-    """What a board does in a motion.
-
-    Parameters
-    ----------
-    speeds
-        What it does with each frequency as the top speed.
-    limited_by
-        What breaks first.
-    trials
-        Runs made.
-    """
+    """What a board does in a motion."""
 
     speeds: Speeds
+    """What it does with each frequency as the top speed."""
     limited_by: Mechanism
+    """What breaks first."""
     trials: int
+    """Runs made."""
 
 
 def limit_in_motion(

@@ -59,21 +59,14 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Moment:
-    """A state of the board from which trials begin.
-
-    Parameters
-    ----------
-    kept
-        The board.
-    at_ps
-        Time that shifts count from, not before the board's.
-    state
-        Angle state 0..3 of the lines.
-    """
+    """A state of the board from which trials begin."""
 
     kept: Snapshot
+    """The board."""
     at_ps: int
+    """Time that shifts count from, not before the board's."""
     state: int
+    """Angle state 0..3 of the lines."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

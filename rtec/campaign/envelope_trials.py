@@ -33,32 +33,22 @@ RESOLUTION = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Failure:
-    """A trial that failed.
-
-    Parameters
-    ----------
-    frequency_hz
-        Square waves a second of each line.
-    moment, motion, shift_ps
-        The trial.
-    phase_clocks
-        Clocks of the processor from the beginning of the sweep.
-    sign
-        Of the steps owed; 0 for none.
-    into
-        Angle state into which the transition led behind which the insertion was set off; None in a steady stream.
-    verdict
-        Of the kernel.
-    """
+    """A trial that failed."""
 
     frequency_hz: float
+    """Square waves a second of each line."""
     moment: Moment
     motion: Motion
     shift_ps: int
+    """``moment``, ``motion``, ``shift_ps``: the trial."""
     phase_clocks: int
+    """Clocks of the processor from the beginning of the sweep."""
     sign: int
+    """Of the steps owed; 0 for none."""
     into: int | None
+    """Angle state into which the transition led behind which the insertion was set off; None in a steady stream."""
     verdict: int
+    """Of the kernel."""
 
 
 def quarter_ps(frequency_hz: float, count: int) -> NDArray[np.int64]:

@@ -19,21 +19,14 @@ _PINS = ("P1_0", "P1_1", "P1_2", "P1_3", "P1_4", "P1_5", "P1_6", "P1_7")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
-    """When something happened, and where the program was.
-
-    Parameters
-    ----------
-    time_ps
-        Since power-up.
-    cycle
-        Of the processor, since power-up.
-    pc
-        Address of the instruction, or None where no instruction did it.
-    """
+    """When something happened, and where the program was."""
 
     time_ps: int
+    """Since power-up."""
     cycle: int
+    """Of the processor, since power-up."""
     pc: int | None = None
+    """Address of the instruction, or None where no instruction did it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,23 +31,16 @@ _AFTER_STOP_PS = 400 * PS_PER_MS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ramp:
-    """What came of a PC whose prediction runs away by 60 um a second, for three seconds.
-
-    Parameters
-    ----------
-    design, limit
-        Of the box; which option was set, in words.
-    outcome, reason
-        What happened, and who stopped the machine.
-    off_mm
-        By how much the axis was off when the machine stopped, or is in the end.
-    """
+    """What came of a PC whose prediction runs away by 60 um a second, for three seconds."""
 
     design: Design
     limit: str
+    """``design``, ``limit``: of the box; which option was set, in words."""
     outcome: Outcome
     reason: str
+    """``outcome``, ``reason``: what happened, and who stopped the machine."""
     off_mm: float
+    """By how much the axis was off when the machine stopped, or is in the end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,17 +84,12 @@ def ramp_jobs(design: Design) -> tuple[RampJob, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SafetyCase:
-    """What the runs show.
-
-    Parameters
-    ----------
-    matrix, ramps, soak
-        Faults by phases, a PC that runs away, and the soak where one was asked for.
-    """
+    """What the runs show."""
 
     matrix: Matrix
     ramps: tuple[Ramp, ...]
     soak: Soak | None
+    """``matrix``, ``ramps``, ``soak``: faults by phases, a PC that runs away, and the soak if one was asked for."""
 
     @property
     def good(self) -> bool:
@@ -174,25 +162,17 @@ class SafetyCase:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detection:
-    """How a fault is found out, over all trials in which it was.
-
-    Parameters
-    ----------
-    reasons
-        Who stopped the machine and why, the most frequent first.
-    held
-        Trials in which it was held.
-    median_s, longest_s
-        From the first effect to the stop; None where the axis was not even let go.
-    off_counts
-        Largest number of counts that a controller was off until then.
-    """
+    """How a fault is found out, over all trials in which it was."""
 
     reasons: tuple[str, ...]
+    """Who stopped the machine and why, the most frequent first."""
     held: int
+    """Trials in which it was held."""
     median_s: float | None
     longest_s: float | None
+    """``median_s``, ``longest_s``: from the first effect to the stop; None where the axis was not even let go."""
     off_counts: float
+    """Largest number of counts that a controller was off until then."""
 
 
 def detection_of(trials: list[Trial]) -> Detection:

@@ -39,47 +39,33 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One fault in one phase.
-
-    Parameters
-    ----------
-    variant, phase, design, seed
-        What was tried.
-    fired
-        How often the fault took effect.
-    outcome
-        What happened at the controllers.
-    stopped_by, reason
-        Who stopped the machine, and why; in words.
-    detected_s
-        From the first effect to the stop; None: not stopped, or before the axis was let go.
-    off_counts
-        Largest difference between a controller and the healthy prediction until the end or the stop, beyond that of
-        the fault-free run.
-    left_counts
-        Counts that a controller is off at the end, by encoder and insertions.
-    drift_counts
-        Largest number of counts that a controller gained or lost on its encoder after the stop.
-    late_s
-        Time beyond the bound, more than in the fault-free run.
-    following_counts
-        What a check of the speed would have seen more than in the fault-free run.
-    """
+    """One fault in one phase."""
 
     variant: Variant
     phase: Phase
     design: Design
     seed: int
+    """``variant``, ``phase``, ``design``, ``seed``: what was tried."""
     fired: int
+    """How often the fault took effect."""
     outcome: Outcome
+    """What happened at the controllers."""
     stopped_by: Stopper
     reason: str
+    """``stopped_by``, ``reason``: who stopped the machine, and why; in words."""
     detected_s: float | None
+    """From the first effect to the stop; None: not stopped, or before the axis was let go."""
     off_counts: float
+    """Largest difference between a controller and the healthy prediction until the end or the stop, beyond that of
+    the fault-free run."""
     left_counts: int
+    """Counts that a controller is off at the end, by encoder and insertions."""
     drift_counts: int
+    """Largest number of counts that a controller gained or lost on its encoder after the stop."""
     late_s: float
+    """Time beyond the bound, more than in the fault-free run."""
     following_counts: float
+    """What a check of the speed would have seen more than in the fault-free run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -47,71 +47,52 @@ class Stopper(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MonitoredAxis:
-    """What came of one axis.
-
-    Parameters
-    ----------
-    off_counts
-        Counts at the controller less the true counts and the insertions that the box has made.
-    uninserted_counts
-        What the lines have been made to go ahead, less what the box says it has completed.
-    asked_counts
-        Counts of the total accepted, less the deviation that the healthy prediction has where the axis truly is.
-    bound_counts
-        What rounding to steps may leave of that.
-    worst_counts
-        Largest difference between controller and healthy prediction until the machine stopped.
-    late_s
-        Time for which it was larger than rounding and speed explain.
-    wrong_s, wrong_counts
-        Longest time for which counts were wrong although nobody said so, and by how much.
-    stop_ps
-        When the axis was stopped; None: it was not.
-    stop_counts
-        Difference between controller and healthy prediction then.
-    drift_counts
-        Counts that the controller has gone ahead of the encoder since the stop.
-    pc_reason, box_status
-        Why the PC held, and what the box said, when the first axis of the machine was stopped.
-    following_counts
-        Largest difference between command and counts beyond the lag of the feed: what a speed check sees.
-    """
+    """What came of one axis."""
 
     off_counts: int
+    """Counts at the controller less the true counts and the insertions that the box has made."""
     uninserted_counts: int
+    """What the lines have been made to go ahead, less what the box says it has completed."""
     pending_steps: int
     asked_counts: float
+    """Counts of the total accepted, less the deviation that the healthy prediction has where the axis truly is."""
     bound_counts: float
+    """What rounding to steps may leave of that."""
     worst_counts: float
+    """Largest difference between controller and healthy prediction until the machine stopped."""
     late_s: float
+    """Time for which it was larger than rounding and speed explain."""
     wrong_s: float
     wrong_counts: float
+    """``wrong_s``, ``wrong_counts``: longest time for which counts were wrong although nobody said so, and by how
+    much."""
     stop_ps: int | None
+    """When the axis was stopped; None: it was not."""
     stopped_by: Stopper
     stop_counts: float
+    """Difference between controller and healthy prediction then."""
     drift_counts: int
+    """Counts that the controller has gone ahead of the encoder since the stop."""
     alarm: Alarm
     pc_state: PcState
     pc_reason: HoldReason
     box_status: Status
+    """``pc_reason``, ``box_status``: why the PC held, and what the box said, when the first axis of the machine was
+    stopped."""
     following_counts: float
+    """Largest difference between command and counts beyond the lag of the feed: what a speed check sees."""
     checks: int
     step_counts: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop:
-    """Who stopped the machine first, and why, in words; nobody, and nothing, where it was not stopped.
-
-    Parameters
-    ----------
-    detected_s
-        From the first effect of a fault to the stop; None: not stopped, or before the axis was let go.
-    """
+    """Who stopped the machine first, and why, in words; nobody, and nothing, where it was not stopped."""
 
     by: Stopper = Stopper.NOBODY
     reason: str = ""
     detected_s: float | None = None
+    """From the first effect of a fault to the stop; None: not stopped, or before the axis was let go."""
 
 
 class MonitoredCell(Cell):

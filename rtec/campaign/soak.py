@@ -76,64 +76,44 @@ class SoakPlan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Injected:
-    """A fault that took effect.
-
-    Parameters
-    ----------
-    variant, phase, axis
-        What, and during what, where.
-    """
+    """A fault that took effect."""
 
     variant: Variant
     phase: Phase
     axis: int
+    """``variant``, ``phase``, ``axis``: what, and during what, where."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
-    """What came of one episode.
-
-    Parameters
-    ----------
-    number
-        Gives the episode again, with the plan's seed.
-    design
-        Of all three boxes.
-    run_s
-        Simulated time.
-    injected
-        Faults that took effect, in the order of their beginnings.
-    unfired
-        Faults that began and found nothing to act on.
-    outcome
-        TOLERATED, SAFE_STOP or UNDETECTED.
-    reason
-        Who held it, and why.
-    detected_s
-        From the effect of the last fault to the stop.
-    off_counts
-        By how many counts a controller was off the healthy prediction when it stopped.
-    wrong
-        What was wrong, in words.
-    left_counts, following_counts
-        Counts by which a controller is off in the end, and what a check of the speed would have seen.
-    checks
-        Looks at an axis at rest at which every count was right.
-    """
+    """What came of one episode."""
 
     number: int
+    """Gives the episode again, with the plan's seed."""
     design: Design
+    """Of all three boxes."""
     run_s: float
+    """Simulated time."""
     injected: tuple[Injected, ...]
+    """Faults that took effect, in the order of their beginnings."""
     unfired: tuple[Variant, ...]
+    """Faults that began and found nothing to act on."""
     outcome: Outcome
+    """TOLERATED, SAFE_STOP or UNDETECTED."""
     reason: str
+    """Who held it, and why."""
     detected_s: float | None
+    """From the effect of the last fault to the stop."""
     off_counts: float
+    """By how many counts a controller was off the healthy prediction when it stopped."""
     wrong: str
+    """What was wrong, in words."""
     left_counts: int
     following_counts: float
+    """``left_counts``, ``following_counts``: counts by which a controller is off in the end, and what a check of the
+    speed would have seen."""
     checks: int
+    """Looks at an axis at rest at which every count was right."""
     travel_mm: float
 
     @property

@@ -29,24 +29,16 @@ _LIMITS = ("frequency_hz", "acceleration_hz_s", "jitter", "separation_ps", "dela
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chosen:
-    """An algorithm and its contract.
-
-    Parameters
-    ----------
-    word
-        What the user calls it.
-    algorithm
-        Ready to be played.
-    contract
-        What is asked of it.
-    note
-        Called when it was played: what there is to say about how it runs, or "".
-    """
+    """An algorithm and its contract."""
 
     word: str
+    """What the user calls it."""
     algorithm: Algorithm
+    """Ready to be played."""
     contract: Contract
+    """What is asked of it."""
     note: Callable[[], str]
+    """Called when it was played: what there is to say about how it runs, or ""."""
 
 
 def choose(options: Options) -> Chosen:

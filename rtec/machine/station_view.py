@@ -99,19 +99,13 @@ class StationView:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineChange:
-    """A change of the lines on either side of the box.
-
-    Parameters
-    ----------
-    time_ps
-        When.
-    lines, lines_out
-        Levels from then on at the encoder's side and at the controller's, A + 2 B.
-    """
+    """A change of the lines on either side of the box."""
 
     time_ps: int
+    """When."""
     lines: int
     lines_out: int
+    """``lines``, ``lines_out``: levels from then on at the encoder's side and at the controller's, A + 2 B."""
 
 
 def station_view(state: Record, settings: StationSettings) -> StationView:

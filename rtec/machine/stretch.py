@@ -21,30 +21,21 @@ shows."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SeenInsertion:
-    """What went into a box and what came out of it around an insertion.
-
-    Parameters
-    ----------
-    encoder, controller
-        Both sides, from a little before the insertion to a little after it.
-    requested, completed
-        Steps since then.
-    begin_ps, end_ps
-        First and last change of the insertion at the controller.
-    state
-        The encoder's when it began, 1..4 as the report counts.
-    steps
-        By how many steps the completed total has changed with it.
-    """
+    """What went into a box and what came out of it around an insertion."""
 
     encoder: EdgeStream
     controller: EdgeStream
+    """``encoder``, ``controller``: both sides, from a little before the insertion to a little after it."""
     requested: Totals
     completed: Totals
+    """``requested``, ``completed``: steps since then."""
     begin_ps: int
     end_ps: int
+    """``begin_ps``, ``end_ps``: first and last change of the insertion at the controller."""
     state: int
+    """The encoder's when it began, 1..4 as the report counts."""
     steps: int
+    """By how many steps the completed total has changed with it."""
 
 
 class Stretch:

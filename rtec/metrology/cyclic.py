@@ -31,21 +31,14 @@ _MOST_PERIODS = 1e9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CyclicError:
-    """Cyclic error of one direction.
-
-    Parameters
-    ----------
-    peak_to_peak
-        Of the fitted periodic part, in the unit of the deviations, or None where the targets cannot show it.
-    harmonics
-        Harmonics resolved.
-    note
-        Why there is no figure, or what the figure leaves out.
-    """
+    """Cyclic error of one direction."""
 
     peak_to_peak: float | None
+    """Of the fitted periodic part, in the unit of the deviations, or None where the targets cannot show it."""
     harmonics: int
+    """Harmonics resolved."""
     note: str
+    """Why there is no figure, or what the figure leaves out."""
 
 
 def cyclic_error(position: Floats, deviation: Floats, period: float) -> CyclicError:

@@ -145,32 +145,22 @@ class UncertaintyInputs:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositioningUncertainty:
-    """Expanded uncertainties (k = 2) in the unit inside: mm or degrees.
-
-    Parameters
-    ----------
-    travel
-        Length L between the outermost targets.
-    runs
-        Readings n that each mean has, at least.
-    contributions
-        By name: ``device``, ``misalignment``, ``thermometer``, ``expansion``, ``eve``; those that were stated.
-    missing
-        Names of those that were not.
-    figures
-        U(A), U(E), U(M), U(R), U(B) and of the single directions (``A_forward``, ...), by the symbol; None where the
-        figure is not available, or nothing that was stated acts on it.
-    spread_share
-        Share by which a standard deviation of n readings is uncertain by chance alone (one standard deviation),
-        1 / sqrt(2 (n - 1)), which is not in the figures; None for a single run.
-    """
+    """Expanded uncertainties (k = 2) in the unit inside: mm or degrees."""
 
     travel: float
+    """Length L between the outermost targets."""
     runs: int
+    """Readings n that each mean has, at least."""
     contributions: Mapping[str, float]
+    """By name: ``device``, ``misalignment``, ``thermometer``, ``expansion``, ``eve``; those that were stated."""
     missing: tuple[str, ...]
+    """Names of those that were not."""
     figures: Mapping[str, float | None]
+    """U(A), U(E), U(M), U(R), U(B) and of the single directions (``A_forward``, ...), by the symbol; None where the
+    figure is not available, or nothing that was stated acts on it."""
     spread_share: float | None
+    """Share by which a standard deviation of n readings is uncertain by chance alone (one standard deviation),
+    1 / sqrt(2 (n - 1)), which is not in the figures; None for a single run."""
 
     def statement(self, unit: str, factor: float) -> tuple[str, ...]:
         """Return in sentences what the uncertainty contains and what it does not; ``factor`` leads to ``unit``."""

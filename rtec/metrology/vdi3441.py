@@ -22,26 +22,18 @@ from rtec.metrology.figures import PositioningFigures
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VdiFigures:
-    """Figures of VDI/DGQ 3441 of an axis, in the unit inside: mm or degrees.
-
-    Parameters
-    ----------
-    uncertainty
-        P, Positionsunsicherheit: largest x̄_i + (U_i + P_si) / 2 minus smallest x̄_i - (U_i + P_si) / 2.
-    deviation
-        P_a, Positionsabweichung: largest minus smallest x̄_i.
-    max_reversal, mean_reversal
-        U_max, Ū, Umkehrspanne: largest and mean U_i = abs(x̄_i↑ - x̄_i↓).
-    max_scatter, mean_scatter
-        P_smax, P̄_s, Positionsstreubreite: largest and mean P_si = 6 s_i.
-    """
+    """Figures of VDI/DGQ 3441 of an axis, in the unit inside: mm or degrees."""
 
     uncertainty: float
+    """P, Positionsunsicherheit: largest x̄_i + (U_i + P_si) / 2 minus smallest x̄_i - (U_i + P_si) / 2."""
     deviation: float
+    """P_a, Positionsabweichung: largest minus smallest x̄_i."""
     max_reversal: float
     mean_reversal: float
+    """``max_reversal``, ``mean_reversal``: U_max, Ū, Umkehrspanne: largest and mean U_i = abs(x̄_i↑ - x̄_i↓)."""
     max_scatter: float
     mean_scatter: float
+    """``max_scatter``, ``mean_scatter``: P_smax, P̄_s, Positionsstreubreite: largest and mean P_si = 6 s_i."""
 
     def to_dict(self, factor: float) -> dict[str, float]:
         """Return the figures under their symbols, each times ``factor``: a number of the unit inside is one of them.

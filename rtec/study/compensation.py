@@ -30,23 +30,17 @@ _BESIDE_MM = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compensation:
-    """Errors of an axis at nodes.
-
-    Parameters
-    ----------
-    position_mm, forward_mm, reverse_mm
-        Node, and the error (actual less commanded position) there in each direction, shape (nodes,), in mm.
-    interpolation_mm
-        Largest difference between the model and straight lines from node to node, in mm.
-    left_out
-        Effects of the model that no table of positions holds.
-    """
+    """Errors of an axis at nodes."""
 
     position_mm: Floats
     forward_mm: Floats
     reverse_mm: Floats
+    """``position_mm``, ``forward_mm``, ``reverse_mm``: node, and the error (actual less commanded position) there in
+    each direction, shape (nodes,), in mm."""
     interpolation_mm: float
+    """Largest difference between the model and straight lines from node to node, in mm."""
     left_out: tuple[LeftOut, ...]
+    """Effects of the model that no table of positions holds."""
 
 
 def compensation_of(

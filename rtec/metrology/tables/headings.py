@@ -51,21 +51,14 @@ class Strength(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a heading seems to say.
-
-    Parameters
-    ----------
-    quantity
-        As in `rtec.metrology.columns`, or ``position``, which is a target or an actual position.
-    unit
-        With its factor; None where no unit is stated.
-    strength
-        How sure that is.
-    """
+    """What a heading seems to say."""
 
     quantity: str
+    """As in `rtec.metrology.columns`, or ``position``, which is a target or an actual position."""
     unit: ColumnUnit | None
+    """With its factor; None where no unit is stated."""
     strength: Strength
+    """How sure that is."""
 
 
 def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:

@@ -37,21 +37,14 @@ _EXAMPLES = {"target": "target_mm", "actual": "actual_mm", "deviation": "deviati
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """What the columns of a table are.
-
-    Parameters
-    ----------
-    columns
-        Quantity and unit by the index of the column; the unit is None for a time that dates have to tell.
-    ignored
-        Indices of columns that the user wants left out.
-    notes
-        What was taken for what.
-    """
+    """What the columns of a table are."""
 
     columns: Mapping[int, tuple[str, ColumnUnit | None]]
+    """Quantity and unit by the index of the column; the unit is None for a time that dates have to tell."""
     ignored: frozenset[int]
+    """Indices of columns that the user wants left out."""
     notes: tuple[str, ...]
+    """What was taken for what."""
 
 
 def place(table: Table, choices: ColumnChoices, passes: frozenset[int] = frozenset()) -> Placed:

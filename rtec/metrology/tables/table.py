@@ -19,43 +19,31 @@ _NAMES = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A table as it stands in a file, before anything of it is understood.
-
-    Parameters
-    ----------
-    source
-        The file, for messages.
-    facts
-        ``# key: value`` lines and ``key: value`` titles, keys in lower case.
-    headings, units, above
-        Of each column: its heading (nothing where the whole column is empty), what stands below it in a row of units,
-        and what spans it from the line above.
-    titles
-        The lines above it, or above its part of them.
-    heading_line
-        Line of the headings, counted from 1.
-    text, separator, first_line
-        Lines of the rows where the file is a text, what is between their columns (None for spaces), and the line of
-        the first of them.
-    rows, lines
-        Cells of a workbook, and the row of the sheet in which each stood.
-    notes
-        What was found out, in words.
-    """
+    """A table as it stands in a file, before anything of it is understood."""
 
     source: str
+    """The file, for messages."""
     facts: dict[str, str]
+    """``# key: value`` lines and ``key: value`` titles, keys in lower case."""
     headings: tuple[str, ...]
     units: tuple[str, ...]
     above: tuple[str, ...]
+    """``headings``, ``units``, ``above``: of each column: its heading (nothing where the whole column is empty),
+    what stands below it in a row of units, and what spans it from the line above."""
     heading_line: int
+    """Line of the headings, counted from 1."""
     titles: tuple[str, ...] = ()
+    """The lines above it, or above its part of them."""
     text: list[str] = field(default_factory=list)
     separator: str | None = ","
     first_line: int = 0
+    """``text``, ``separator``, ``first_line``: lines of the rows where the file is a text, what is between their
+    columns (None for spaces), and the line of the first of them."""
     rows: list[list[Cell]] | None = None
     lines: Sequence[int] = ()
+    """``rows``, ``lines``: cells of a workbook, and the row of the sheet in which each stood."""
     notes: tuple[str, ...] = ()
+    """What was found out, in words."""
 
     def refused(self, problem: str, allowed: str) -> FileFormatError:
         """Return the error of a table that cannot be read; it names the line of the headings."""

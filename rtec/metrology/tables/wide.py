@@ -26,22 +26,15 @@ _SIGNS = frozenset("+-−–↑↓→←⇒⇐")
 
 @dataclass(frozen=True, slots=True)
 class Pass:
-    """What a column of a wide table holds: one run in one direction.
-
-    Parameters
-    ----------
-    column
-        Index of the column.
-    run, direction
-        Numbers, each None where the heading does not say it.
-    quantity
-        ``deviation`` or ``actual``, or None where no word says which.
-    """
+    """What a column of a wide table holds: one run in one direction."""
 
     column: int
+    """Index of the column."""
     run: int | None
     direction: int | None
+    """``run``, ``direction``: numbers, each None where the heading does not say it."""
     quantity: str | None
+    """``deviation`` or ``actual``, or None where no word says which."""
 
 
 def pass_of(column: int, heading: str, above: str = "") -> Pass | None:
