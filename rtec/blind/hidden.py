@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -99,17 +99,6 @@ def rms(values: Floats) -> float:
     return float(np.std(values))
 
 
-def scaled(parameters: tuple[Parameter, ...], factor: float) -> tuple[Parameter, ...]:
-    """Return the parameters of an effect that is ``factor`` times as strong.
-
-    Examples
-    --------
-    >>> scaled((Parameter("play", 2.0, "um", scales=True), Parameter("period", 5.0, "mm")), 1.5)[0].value
-    3.0
-    """
-    return tuple(Parameter(p.name, p.value * factor if p.scales else p.value, p.unit, p.scales) for p in parameters)
-
-
 def hidden_of(
     name: str, description: str, parameters: tuple[Parameter, ...], factor: float, rms_mm: float, sigma_mm: float
 ) -> Hidden:
@@ -117,12 +106,10 @@ def hidden_of(
 
     Examples
     --------
-    >>> hidden_of("backlash", "play", (), 3.0, 0.001, 0.002).rms_sigma
-    1.5
+    >>> play = Parameter("play", 2.0, "um", scales=True)
+    >>> hidden = hidden_of("backlash", "play", (play, Parameter("period", 5.0, "mm")), 3.0, 0.001, 0.002)
+    >>> [parameter.value for parameter in hidden.parameters], hidden.rms_sigma
+    ([6.0, 5.0], 1.5)
     """
-    return Hidden(
-        name=name,
-        description=description,
-        parameters=scaled(parameters, factor),
-        rms_sigma=factor * rms_mm / sigma_mm,
-    )
+    scaled = tuple(replace(one, value=one.value * factor) if one.scales else one for one in parameters)
+    return Hidden(name=name, description=description, parameters=scaled, rms_sigma=factor * rms_mm / sigma_mm)

@@ -69,7 +69,8 @@ def keep(data: str | Path, answer: KeptAnswer) -> int:
     Examples
     --------
     >>> import tempfile
-    >>> from rtec.blind import Scenario, new
+    >>> from rtec.blind.scenario import Scenario
+    >>> from rtec.blind.sealing import new
     >>> data = Path(tempfile.mkdtemp()) / "data.csv"
     >>> _ = new(3, data, scenario=Scenario(names=("backlash",)))
     >>> keep(data, KeptAnswer(by="Ada", at="2026-01-01T00:00:00+00:00", words=("backlash=12 um",)))

@@ -15,7 +15,8 @@ from rtec.cli._words import EFFECTS, PLANS, completing
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
-    from rtec.blind import Scenario, Secret
+    from rtec.blind.hidden import Secret
+    from rtec.blind.scenario import Scenario
 
 
 def frame() -> None:
@@ -54,7 +55,7 @@ def new(
     """
     from secrets import randbelow
 
-    from rtec.blind import new as played
+    from rtec.blind.sealing import new as played
 
     drawn = seed is None
     number = randbelow(1 << 31) if seed is None else seed
@@ -71,7 +72,9 @@ def new(
 
 
 def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
-    from rtec.blind import Scenario, plan_named, plans_showing, read_size, scenario_of_sizes
+    from rtec.blind.plan import plan_named
+    from rtec.blind.scenario import Scenario
+    from rtec.blind.sizes import plans_showing, read_size, scenario_of_sizes
 
     if not hide:
         if plan is not None:
@@ -107,7 +110,7 @@ def measure(
     Example: rtec blind measure data.csv --plan plan.toml -o second.csv --seed 4
     Example: rtec blind measure data.csv --plan plan.toml -o second.csv --force --json
     """
-    from rtec.blind import measure as measured
+    from rtec.blind.sealing import measure as measured
 
     announce_compilation()
     seal = measured(data, plan, output, seed=seed, force=force)
@@ -128,7 +131,7 @@ def reveal(
     Example: rtec blind reveal data.csv --json
     Example: rtec blind guess data.csv backlash && rtec blind reveal data.csv
     """
-    from rtec.blind import document_of, reveal as opened
+    from rtec.blind.sealing import document_of, reveal as opened
 
     secret = opened(data)
     if json:

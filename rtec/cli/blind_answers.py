@@ -15,7 +15,9 @@ from rtec.cli._words import EFFECTS, completing
 from rtec.errors import ArgumentError, OutputError
 
 if TYPE_CHECKING:
-    from rtec.blind import Confusion, LineScore, Points
+    from rtec.blind.confusion import Confusion
+    from rtec.blind.guess import Points
+    from rtec.blind.scored import LineScore
 
 _MISSED = 1
 _TRIALS = 20
@@ -46,7 +48,9 @@ def guess(
     Example: rtec blind guess data.csv 'backlash=12 +- 0.5 um' 'drift=20 um/h' --by Ada
     Example: rtec blind guess data.csv nothing --json
     """
-    from rtec.blind import KeptAnswer, answers_path, guessed, keep, points_of, read_answer, reveal, total_of
+    from rtec.blind.guess import guessed, points_of, read_answer, total_of
+    from rtec.blind.kept_answers import KeptAnswer, answers_path, keep
+    from rtec.blind.sealing import reveal
 
     answer = read_answer(effects)
     if len(by) > 80 or not by.isprintable():
@@ -112,8 +116,9 @@ def score(
                 raise apart(name, "the data of a game", "it is for the diagnosis")
         _show_answers(data, json)
         return
-    from rtec.blind import confusion, the_lines
+    from rtec.blind.confusion import confusion
     from rtec.blind.judged import judged, refitted
+    from rtec.blind.lines import the_lines
     from rtec.io import write_lines
 
     announce_compilation()
@@ -168,7 +173,9 @@ def _show_answers(games: list[Path], as_json: bool) -> None:
 
 def _answers(data: Path) -> list[dict[str, Any]]:
     """Return the answers to a game as plain data; of each person the first one counts."""
-    from rtec.blind import guessed, points_of, read_answer, read_answers, reveal, total_of
+    from rtec.blind.guess import guessed, points_of, read_answer, total_of
+    from rtec.blind.kept_answers import read_answers
+    from rtec.blind.sealing import reveal
 
     secret = reveal(data)
     rows: list[dict[str, Any]] = []

@@ -1,4 +1,4 @@
-"""Logs of the bus written, read and replayed: candump (`.log`), ASC (`.asc`, absolute times) and BLF (`.blf`).
+"""Logs of the bus written and read: candump (`.log`), ASC (`.asc`, absolute times) and BLF (`.blf`).
 
 Every frame is in the file before the next one, so that a crash leaves a log that can be read.
 """
@@ -20,22 +20,8 @@ from rtec.errors import ArgumentError, FileFormatError, OutputError, nearest
 from rtec.io import unreadable
 from rtec.link._log_formats import Direction, Logged, read_asc, read_blf, read_candump
 from rtec.link.frame import Frame
-from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic, Transport
 from rtec.units import PS_PER_S
-
-__all__ = [
-    "SIMULATED_ZERO_UNIX_S",
-    "Direction",
-    "Existing",
-    "Log",
-    "Logged",
-    "Recorded",
-    "read_log",
-    "replay",
-    "wall_zero_unix_s",
-]
-
 
 SIMULATED_ZERO_UNIX_S = 946_684_800.0
 """1 January 2000: where simulated time begins in a log, since BLF holds no date before 1990."""

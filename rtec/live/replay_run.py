@@ -11,9 +11,11 @@ from pathlib import Path
 
 from rtec.errors import FileFormatError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS
+from rtec.link._log_formats import Logged
 from rtec.link.frame import PAYLOAD_BYTES, Frame
-from rtec.link.logs import Logged, read_log, replay
+from rtec.link.logs import read_log
 from rtec.link.messages import Kind
+from rtec.link.replay import replay
 from rtec.link.transport import Received, Transport
 from rtec.live.compared import Difference, ReplayComparison
 from rtec.live.figures import spread_ms

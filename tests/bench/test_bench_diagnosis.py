@@ -3,7 +3,8 @@
 import pytest
 from diagnosis_job import agree, by_lstsq, by_scan, scan_job
 
-from rtec.blind import Scenario, play
+from rtec.blind.game import play
+from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 

@@ -20,16 +20,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from rtec.blind import (
-    Confusion,
-    Game,
-    Line,
-    LineScore,
-    confusion,
-    tables,
-    the_lines,
-)
+from rtec.blind import tables
+from rtec.blind.confusion import Confusion, confusion
 from rtec.blind.judged import judged, refitted
+from rtec.blind.line import Line
+from rtec.blind.lines import the_lines
+from rtec.blind.scored import Game, LineScore
 from rtec.errors import RtecError
 from rtec.report.rendering import markdown_page
 from tests.recovery.evidence import evidence

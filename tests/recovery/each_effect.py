@@ -13,8 +13,13 @@ import os
 import sys
 from pathlib import Path
 
-from rtec.blind import PLANS, Line, LineScore, Rule, Scenario, confusion
+from rtec.blind.answer import Rule
+from rtec.blind.confusion import confusion
 from rtec.blind.judged import judged
+from rtec.blind.line import Line
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
+from rtec.blind.scored import LineScore
 
 STRENGTH = 3.0
 BAR = 0.95

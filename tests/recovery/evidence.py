@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 
-from rtec.blind import Answer, Game, Secret
-from rtec.blind.answer import WAVES, wrong_names
+from rtec.blind.answer import WAVES, Answer, wrong_names
 from rtec.blind.confusion import GameJob
+from rtec.blind.hidden import Secret
+from rtec.blind.scored import Game
 from rtec.blind.tables import share_cells
 from rtec.inference.results import Value
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rtec.blind import Game
 from rtec.blind.confusion import GameJob, Play, seed_of
+from rtec.blind.scored import Game
 from rtec.errors import FileFormatError
 from rtec.io import json_text, parse_json, read_bytes, read_text, write_bytes
 from rtec.jobs import JobPool

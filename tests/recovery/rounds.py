@@ -17,9 +17,12 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rtec.blind import PLANS, Answer, Scenario, again, answer_of, play, wilson
-from rtec.blind.answer import named
+from rtec.blind.answer import Answer, answer_of, named
 from rtec.blind.confusion import seed_of
+from rtec.blind.game import again, play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
+from rtec.blind.scored import wilson
 from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError

@@ -8,8 +8,12 @@ from pathlib import Path
 import pytest
 from scipy.stats import binomtest
 
-from rtec.blind import Rule, confusion, the_lines, the_pools, wilson
+from rtec.blind.answer import Rule
+from rtec.blind.confusion import confusion
+from rtec.blind.harder_lines import the_pools
 from rtec.blind.judged import judged, refitted
+from rtec.blind.lines import the_lines
+from rtec.blind.scored import wilson
 from tests.recovery.confusion import main
 
 ROOT = Path(__file__).parents[2]

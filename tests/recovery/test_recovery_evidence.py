@@ -7,19 +7,13 @@ import math
 
 import pytest
 
-from rtec.blind import (
-    Answer,
-    Hidden,
-    Line,
-    Parameter,
-    Rule,
-    Scenario,
-    Secret,
-    confusion,
-    play,
-)
+from rtec.blind.answer import Answer, Rule
+from rtec.blind.confusion import confusion
+from rtec.blind.game import play
+from rtec.blind.hidden import Hidden, Parameter, Secret
+from rtec.blind.line import Line
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import OF_AIR, OF_HEAT
+from rtec.blind.scenario import OF_AIR, OF_HEAT, Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects import effect_named
 from rtec.errors import FileFormatError

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from rtec.blind import PLANS, Scenario, play
-from rtec.blind.plan import Passes
+from rtec.blind.game import play
+from rtec.blind.plan import PLANS, Passes
+from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.inference.diagnose import diagnose

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rtec.blind import Answer, wilson
+from rtec.blind.answer import Answer
+from rtec.blind.scored import wilson
 from tests.recovery.rounds import BAR, Rounds, page, played, rows, the_pairs
 
 PAGE = Path(__file__).parents[2] / "docs" / "rounds.md"

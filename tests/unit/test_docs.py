@@ -332,11 +332,11 @@ def test_the_keys_of_an_experiment_plan_are_those_of_the_page():
 
 
 def test_json_keys_of_the_score(json_keys, tmp_path, monkeypatch, capsys):
-    import rtec.blind
+    from rtec.blind import lines as module
 
     monkeypatch.chdir(tmp_path)
-    lines = rtec.blind.the_lines()[:1]
-    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines)
+    lines = module.the_lines()[:1]
+    monkeypatch.setattr(module, "the_lines", lambda: lines)
     main(["blind", "score", "--trials", "1", "-o", "score.md", "--json"])
     assert json_keys["blind score"] == keys_of(json.loads(capsys.readouterr().out))
 

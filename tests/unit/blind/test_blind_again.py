@@ -5,8 +5,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from rtec.blind import INSIDE, OF_DRIVE, OUTSIDE, PLANS, Plan, Scenario, again, play
-from rtec.blind.scenario import unfit
+from rtec.blind.game import again, play
+from rtec.blind.plan import PLANS, Plan
+from rtec.blind.scenario import INSIDE, OF_DRIVE, OUTSIDE, Scenario, unfit
 from rtec.errors import ArgumentError
 from rtec.metrology import ExperimentPlan, Heating, Passes, Reading, Strokes, Weather, Zero
 

@@ -5,23 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from rtec.blind import (
-    PLANS,
-    Answer,
-    Confusion,
-    Hidden,
-    Line,
-    LineScore,
-    Rule,
-    Scenario,
-    Secret,
-    answer_of,
-    confusion,
-    is_right,
-    the_lines,
-    wilson,
-)
-from rtec.blind.answer import label_of
+from rtec.blind.answer import Answer, Rule, answer_of, is_right, label_of
+from rtec.blind.confusion import Confusion, confusion
+from rtec.blind.hidden import Hidden, Secret
+from rtec.blind.line import Line
+from rtec.blind.lines import the_lines
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
+from rtec.blind.scored import LineScore, wilson
 from rtec.effects import Units
 from rtec.errors import ArgumentError
 from rtec.inference.results import Verdict

@@ -5,8 +5,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from rtec.blind import Scenario, drawn_log, drawn_plan, play
+from rtec.blind.drawn_plans import drawn_log, drawn_plan
+from rtec.blind.game import play
 from rtec.blind.plan import draw_course
+from rtec.blind.scenario import Scenario
 from rtec.metrology import Heating, Passes, Reading, Spacing
 
 PLANS = [drawn_plan(np.random.default_rng(seed)) for seed in range(400)]

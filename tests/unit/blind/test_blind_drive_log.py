@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.blind import OF_DRIVE, PLANS, Scenario, play
 from rtec.blind.drive_log import bent_bristles
-from rtec.blind.scenario import unfit
+from rtec.blind.game import play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import OF_DRIVE, Scenario, unfit
 from rtec.dataset.load import load_dataset
 
 DRIVE = PLANS["drive"]

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rtec.blind import Secret, guessed, points_of, read_answer, total_of
-from rtec.blind.hidden import Hidden, Parameter
+from rtec.blind.guess import guessed, points_of, read_answer, total_of
+from rtec.blind.hidden import Hidden, Parameter, Secret
 from rtec.errors import ArgumentError
 
 

@@ -6,7 +6,11 @@ import threading
 
 import pytest
 
-from rtec.blind import PLANS, KeptAnswer, Scenario, answers_path, keep, kept_answers as module, new, read_answers
+from rtec.blind import kept_answers as module
+from rtec.blind.kept_answers import KeptAnswer, answers_path, keep, read_answers
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
+from rtec.blind.sealing import new
 from rtec.errors import FileFormatError, OutputError
 
 

@@ -6,8 +6,15 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from rtec.blind import OUTSIDE, Line, LineScore, Noise, Rule, Scenario, confusion, play, the_lines, the_pools
-from rtec.blind.confusion import seed_of
+from rtec.blind.answer import Rule
+from rtec.blind.confusion import confusion, seed_of
+from rtec.blind.game import play
+from rtec.blind.harder_lines import the_pools
+from rtec.blind.line import Line
+from rtec.blind.lines import the_lines
+from rtec.blind.noise import Noise
+from rtec.blind.scenario import OUTSIDE, Scenario
+from rtec.blind.scored import LineScore
 from rtec.errors import ArgumentError
 from rtec.metrology import Passes, Reading
 

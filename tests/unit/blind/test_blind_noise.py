@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from rtec.blind import Noise, Scenario, drawn_plan, play
-from rtec.blind.noise import LEVEL_RATIO, Readings, noise_of
+from rtec.blind.drawn_plans import drawn_plan
+from rtec.blind.game import play
+from rtec.blind.noise import LEVEL_RATIO, Noise, Readings, noise_of
 from rtec.blind.plan import passes_of
+from rtec.blind.scenario import Scenario
 
 TARGETS, RUNS, SIGMA, DRAWS = 24, 4, 2.0, 300
 

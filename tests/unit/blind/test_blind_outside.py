@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from rtec.blind import OUTSIDE, Scenario, drawn_plan, play
 from rtec.blind.axis_run import measure
 from rtec.blind.circumstances import Circumstances, simulate_air
+from rtec.blind.drawn_plans import drawn_plan
+from rtec.blind.game import play
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import draw_course
-from rtec.blind.scenario import unfit
+from rtec.blind.scenario import OUTSIDE, Scenario, unfit
 from rtec.blind.slow_errors import SLOW
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError

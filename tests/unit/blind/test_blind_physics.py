@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from encoder_disc_oracle import deviations
 
-from rtec.blind import PLANS, Scenario, play
 from rtec.blind.circumstances import first_order
 from rtec.blind.draws import Draw, stream
-from rtec.blind.plan import PITCH_MM, draw_course
+from rtec.blind.game import play
+from rtec.blind.plan import PITCH_MM, PLANS, draw_course
+from rtec.blind.scenario import Scenario
 from rtec.blind.static_errors import STATIC, grid_of
 
 BASE = PLANS["base"]

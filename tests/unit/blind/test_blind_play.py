@@ -5,8 +5,10 @@ import functools
 import numpy as np
 import pytest
 
-from rtec.blind import INSIDE, OUTSIDE, PLANS, Noise, Scenario, play
-from rtec.blind.scenario import OF_HEAT, unfit
+from rtec.blind.game import play
+from rtec.blind.noise import Noise
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import INSIDE, OF_HEAT, OUTSIDE, Scenario, unfit
 from rtec.errors import ArgumentError
 
 SIGMA_MM = PLANS["base"].sigma_um * 1e-3

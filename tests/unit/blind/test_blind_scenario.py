@@ -4,8 +4,18 @@ from collections import Counter
 
 import pytest
 
-from rtec.blind import CONFOUNDED, INSIDE, OUTSIDE, PLANS, Noise, Plan, Scenario, plan_named, scenario_of
-from rtec.blind.scenario import INSIDE_OF_GAME, OUTSIDE_OF_GAME, unfit
+from rtec.blind.noise import Noise
+from rtec.blind.plan import PLANS, Plan, plan_named
+from rtec.blind.scenario import (
+    CONFOUNDED,
+    INSIDE,
+    INSIDE_OF_GAME,
+    OUTSIDE,
+    OUTSIDE_OF_GAME,
+    Scenario,
+    scenario_of,
+    unfit,
+)
 from rtec.effects import effect_named
 from rtec.errors import ArgumentError
 

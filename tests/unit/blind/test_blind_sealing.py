@@ -6,7 +6,10 @@ import json
 
 import pytest
 
-from rtec.blind import PLANS, Scenario, new, play, reveal, scenario_of, sealed_path
+from rtec.blind.game import play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario, scenario_of
+from rtec.blind.sealing import new, reveal, sealed_path
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.metrology import read_measurement
 

@@ -2,19 +2,10 @@
 
 import pytest
 
-from rtec.blind import (
-    INSIDE,
-    OF_DRIVE,
-    PLANS,
-    SIZES,
-    Scenario,
-    Size,
-    plans_showing,
-    play,
-    read_size,
-    scenario_of_sizes,
-    size_of,
-)
+from rtec.blind.game import play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import INSIDE, OF_DRIVE, Scenario
+from rtec.blind.sizes import SIZES, Size, plans_showing, read_size, scenario_of_sizes, size_of
 from rtec.errors import ArgumentError
 
 ROTARY = [name for name, (_, units) in SIZES.items() if len(units) == 2]

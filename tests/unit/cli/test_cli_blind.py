@@ -5,8 +5,11 @@ import shutil
 
 import pytest
 
-import rtec.cli.blind
-from rtec.blind import Line, Rule, Scenario, reveal, scenario_of
+from rtec.blind import confusion as matrix, kept_answers, lines as published
+from rtec.blind.answer import Rule
+from rtec.blind.line import Line
+from rtec.blind.scenario import Scenario, scenario_of
+from rtec.blind.sealing import reveal
 from rtec.cli import main
 from rtec.errors import OutputError
 
@@ -123,7 +126,7 @@ def lines_for(share):
 
 
 def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
-    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5))
+    monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5))
     code, out, err = said(capsys, "score", "--trials", "2", "--seed", "1", "--json", "-o", "score.md")
     assert (code, err, out.count("\n")) == (0, "", 1)
     document = json.loads(out)
@@ -136,7 +139,7 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
     assert (floor["right"], floor["confusion"][0]["answered"]) == (2, "at the floor")
     assert (document["trials"], document["seed"], document["table"]) == (2, 1, "score.md")
     assert "plain to see" in (here / "score.md").read_text()
-    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5)[:1])
+    monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5)[:1])
     code, out, _ = said(capsys, "score", "--trials", "1")
     assert code == 0
     assert out == out.rstrip("\n") + "\n"
@@ -145,10 +148,10 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
 
 def test_the_jobs_asked_for_are_set_to_work(here, capsys, monkeypatch):
     """That they come to the same as one is seen in tests/recovery, where more is played."""
-    asked, play = [], rtec.blind.confusion
-    monkeypatch.setattr(rtec.blind, "the_lines", lambda: lines_for(0.5)[:1])
+    asked, play = [], matrix.confusion
+    monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5)[:1])
     monkeypatch.setattr(
-        rtec.blind, "confusion", lambda *them, workers, **more: asked.append(workers) or play(*them, **more)
+        matrix, "confusion", lambda *them, workers, **more: asked.append(workers) or play(*them, **more)
     )
     assert said(capsys, "score", "--trials", "1", "--jobs", "2")[0] == 0
     assert asked == [2]
@@ -157,7 +160,7 @@ def test_the_jobs_asked_for_are_set_to_work(here, capsys, monkeypatch):
 def test_a_missed_bar_is_1(here, capsys, monkeypatch):
     nothing = (Scenario(names=()),)
     missed = (Line(title="cannot be", rule=Rule.UNKNOWN, share=0.5, scenarios=nothing),)
-    monkeypatch.setattr(rtec.blind, "the_lines", lambda: missed)
+    monkeypatch.setattr(published, "the_lines", lambda: missed)
     code, out, _ = said(capsys, "score", "--trials", "1", "--json")
     assert code == 1
     assert json.loads(out)["lines"][0]["reached"] is False
@@ -331,7 +334,7 @@ def test_an_answer_that_cannot_be_kept_is_scored(here, capsys, monkeypatch):
     def refused(data, answer):
         raise OutputError("data.csv.answers: cannot be written: Read-only file system")
 
-    monkeypatch.setattr(rtec.blind, "keep", refused)
+    monkeypatch.setattr(kept_answers, "keep", refused)
     code, out, err = said(capsys, "guess", "data.csv", "thermal_growth", "--json")
     assert (code, json.loads(out)["kept"], json.loads(out)["number"]) == (0, None, None)
     assert err == "rtec: not kept: data.csv.answers: cannot be written: Read-only file system\n"

@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from rtec.axis.motion import MotionKind
-from rtec.blind import PLANS
+from rtec.blind.plan import PLANS
 from rtec.board import MICROCONTROLLERS
 from rtec.campaign.safety_phases import Phase, hyphened
 from rtec.campaign.safety_variants import VARIANTS

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, measured
 
-from rtec.blind import PLANS, Scenario, play
+from rtec.blind.game import play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.outliers import FAR, at_turns, far, far_from_neighbours

@@ -7,8 +7,11 @@ import pytest
 from inference_oracle import SIGMA, measured
 from scipy.special import logsumexp
 
-from rtec.blind import PLANS, Scenario, play, the_lines
 from rtec.blind.confusion import seed_of
+from rtec.blind.game import play
+from rtec.blind.lines import the_lines
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.blind import PLANS, Scenario, again, play
+from rtec.blind.game import again, play
+from rtec.blind.plan import PLANS
+from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects import LIBRARY, Observable, experiments
 from rtec.effects.experiments import ASKS, Ask

@@ -22,10 +22,10 @@ from rtec.link.logs import (
     Log,
     Recorded,
     read_log,
-    replay,
     wall_zero_unix_s,
 )
 from rtec.link.python_can import open_transport
+from rtec.link.replay import replay
 from rtec.link.transport import BusState, Received, Traffic
 
 US, MS, S = 10**6, 10**9, 10**12
