@@ -28,6 +28,8 @@ SILENT_S = 10.0
 """Without a call of its step for so long, an algorithm is ended."""
 _COMPILING_S = 120.0
 _LOOK_S = 0.2
+_MOST_BYTES = 1 << 30
+"""Of an answer: several times what its most changes take."""
 _PACKAGE = str(Path(__file__).resolve().parents[2])
 
 
@@ -168,7 +170,7 @@ class PythonClass(Closing):
                 what = "the file did not come to its end" if doing == LOADING else "step did not return"
                 raise _Silent(f"{what} within {SILENT_S:g} s")
         try:
-            return self._link.recv_bytes()
+            return self._link.recv_bytes(_MOST_BYTES)
         except (EOFError, OSError):
             raise _Silent(self._how_it_ended()) from None
 
