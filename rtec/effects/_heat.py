@@ -107,7 +107,6 @@ class FollowsHeat(Effect):
     """Base of what grows with a temperature: it may lag behind its sensor, and several parts follow a sensor each."""
 
     over = Over.TEMPERATURE
-    needs = f"a temperature column that changes by {LEAST_CHANGE_K:g} K at least"
     in_time = True
     at_most = 3
     shape_type: ClassVar[type[HeatShape]]

@@ -25,7 +25,6 @@ class AccelerationLag(Effect):
 
     name = "acceleration_lag"
     over = Over.ACCELERATION
-    needs = "moving data with accelerations"
     data_checks = (no_acceleration,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

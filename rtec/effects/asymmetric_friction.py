@@ -33,7 +33,6 @@ class AsymmetricFriction(Effect):
     builds_on = frozenset({"viscous"})
     amplitude = "asymmetry"
     amplitude_per = Per.SPEED
-    needs = "motion in both directions"
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a difference by direction, or None."""

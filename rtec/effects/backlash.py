@@ -26,7 +26,6 @@ class Backlash(Effect):
 
     name = "backlash"
     over = Over.REVERSAL
-    needs = "both directions"
     data_checks = (one_way,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -70,7 +70,6 @@ class BacklashMap(PitchMap):
 
     name = "backlash_map"
     shape_type = ReversalMapShape
-    needs = "both directions, at three positions at least"
     contains = frozenset({"backlash", "windup"})
     joins = frozenset({"pitch_map"})
 

@@ -1,4 +1,4 @@
-"""The cards of the effects, as the page of the library shows them: ``docs/effects.md`` is where they are written."""
+"""What a user reads of the effects: needs and cards, as ``docs/effects.md`` has them, where they are written."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ LABELS: Mapping[str, str] = {
     "Source": "source",
 }
 """What stands in front of each part of a card on the page."""
+_ROW = re.compile(r"^\| `(\w+)` \| .+ \| (.+) \| .+ \|$", re.MULTILINE)
 _HEAD = re.compile(r"^### `(\w+)`: (.+)$", re.MULTILINE)
 _PART = re.compile(r"^- ([\w ]+): ", re.MULTILINE)
 
@@ -27,6 +28,8 @@ class Card:
     """What a user reads about an effect, as on the cards of a ballbar's help."""
 
     title: str
+    needs: str
+    """What it needs from the data."""
     plot: str
     """How it looks, and in which plot."""
     cause: str
@@ -47,10 +50,12 @@ def cards() -> Mapping[str, Card]:
     >>> cards()["drift"].invariant_to
     'position, direction and feed.'
     """
-    _, *sections = _HEAD.split((pages_folder() / "effects.md").read_text(encoding="utf-8"))
+    page = (pages_folder() / "effects.md").read_text(encoding="utf-8")
+    needs = dict(_ROW.findall(page))
+    _, *sections = _HEAD.split(page)
     found = {}
     for name, title, text in zip(sections[::3], sections[1::3], sections[2::3], strict=True):
         _, *parts = _PART.split(text)
         words = {LABELS[label]: " ".join(part.split()) for label, part in zip(parts[::2], parts[1::2], strict=True)}
-        found[name] = Card(title=title, **words)
+        found[name] = Card(title=title, needs=needs[name], **words)
     return found

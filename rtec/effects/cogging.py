@@ -39,7 +39,6 @@ class Cogging(Waves, Periodic):
 
     name = "cogging"
     observable = Observable.DRIVE
-    needs = "a period that the positions resolve and do not alias: six positions at least, moving or held"
     at_most = 4
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:

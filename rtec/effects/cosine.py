@@ -26,7 +26,6 @@ class Cosine(Effect):
     name = "cosine"
     is_adjective = True
     amplitude_per = Per.LENGTH
-    needs = "spread of positions; a second instrument or a new alignment to tell it from scale"
     never_ranked = True
     data_checks = (one_place,)
 

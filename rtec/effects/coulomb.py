@@ -26,7 +26,6 @@ class Coulomb(BuildsUp):
     """
 
     name = "coulomb"
-    needs = "motion in both directions"
     shape_type = BuildUpShape
 
     def untestable(self, conditions: Conditions) -> str | None:

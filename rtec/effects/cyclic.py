@@ -77,7 +77,6 @@ class Cyclic(Periodic):
 
     name = "cyclic"
     is_adjective = True
-    needs = "a period that the positions resolve and do not alias: six positions at least"
     shape_type = CyclicShape
     at_most = 3
     contains = frozenset({"eccentricity", "interpolation"})

@@ -31,7 +31,6 @@ class DeadPath(Effect):
 
     name = "dead_path"
     over = Over.TEMPERATURE
-    needs = "a pressure column, with air temperature and humidity where there are any"
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather,)

@@ -24,7 +24,6 @@ class Drift(Effect):
 
     name = "drift"
     over = Over.TIME
-    needs = "time or row order, with repeats"
     in_time = True
 
     def untestable(self, conditions: Conditions) -> str | None:

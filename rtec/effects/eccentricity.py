@@ -50,7 +50,6 @@ class Eccentricity(Waves):
     """
 
     name = "eccentricity"
-    needs = "a rotary axis, half a turn of it at least"
     shape_type = EccentricityShape
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -25,7 +25,6 @@ class ForceMap(PitchMap):
 
     name = "force_map"
     observable = Observable.DRIVE
-    needs = "force and position, positions dense enough: three at least"
     contains = frozenset({"force_offset", "gravity", "cogging"})
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -24,7 +24,6 @@ class ForceOffset(Effect):
 
     name = "force_offset"
     observable = Observable.DRIVE
-    needs = "nothing"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

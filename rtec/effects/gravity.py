@@ -56,7 +56,6 @@ class Gravity(Effect):
     name = "gravity"
     observable = Observable.DRIVE
     shape_type = GravityShape
-    needs = f"a rotary axis that turns by {LEAST_SPAN_DEG:g} deg at least, or a linear one, where it is a constant"
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a weight on an arm, or None."""

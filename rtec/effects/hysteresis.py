@@ -49,7 +49,6 @@ class Hysteresis(ScannedEffect):
 
     name = "hysteresis"
     over = Over.REVERSAL
-    needs = "moving data with reversals of different lengths"
     shape_type = HysteresisShape
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -26,7 +26,6 @@ class Inertia(Effect):
     over = Over.ACCELERATION
     observable = Observable.DRIVE
     amplitude_per = Per.ACCELERATION
-    needs = "moving data with accelerations"
     not_negative = True
     data_checks = (no_acceleration,)
 

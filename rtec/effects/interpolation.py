@@ -43,7 +43,6 @@ class Interpolation(Waves):
 
     name = "interpolation"
     is_adjective = True
-    needs = "a stated signal period, which the positions show at four phases at least"
     shape_type = InterpolationShape
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -33,7 +33,6 @@ class LoadFriction(Coulomb):
     """
 
     name = "load_friction"
-    needs = "a load column that changes, and both directions of motion"
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction by load, or None."""

@@ -47,7 +47,6 @@ class LostCounts(ScannedEffect):
     name = "lost_counts"
     amplitude = "step"
     over = Over.TIME
-    needs = "a time column"
     shape_type = StepShape
     in_time = True
     at_most = 3

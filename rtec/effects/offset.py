@@ -24,7 +24,6 @@ class Offset(Effect):
 
     name = "offset"
     is_datum = True
-    needs = "nothing"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

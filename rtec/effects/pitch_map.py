@@ -42,7 +42,6 @@ class PitchMap(Effect):
     """
 
     name = "pitch_map"
-    needs = "positions dense enough: three at least"
     shape_type = MapShape
     is_map = True
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "interpolation"})

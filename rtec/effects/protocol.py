@@ -185,12 +185,10 @@ class Effect(abc.ABC):
     ``shapes`` and ``tunables``, too.
     """
 
-    name: ClassVar[str]
+    name: str
     observable: ClassVar[Observable] = Observable.DEVIATION
     is_adjective: ClassVar[bool] = False
     """Its name says of what kind an error is: in a sentence ``error`` follows it."""
-    needs: ClassVar[str]
-    """What it needs from the data, in words."""
     shape_type: ClassVar[type[Shape]] = Shape
     amplitude: ClassVar[str] = ""
     """Name of its only amplitude; empty: that of the effect."""
@@ -207,7 +205,7 @@ class Effect(abc.ABC):
     asks instead."""
     not_negative: ClassVar[bool] = False
     """Amplitudes cannot be below zero (friction, inertia)."""
-    in_time: ClassVar[bool] = False
+    in_time: bool = False
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
     at_most: ClassVar[int] = 1
     """How many of it a model may hold (several families of periods, steps at several moments)."""
@@ -217,7 +215,7 @@ class Effect(abc.ABC):
     """A constant, which beside anything else only says where the instrument was set to zero."""
     is_wave: ClassVar[bool] = False
     """Periodic in position: a decimated log shows it at its rows as well as at every sample."""
-    builds_on: ClassVar[frozenset[str]] = frozenset()
+    builds_on: frozenset[str] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
     joins: ClassVar[frozenset[str]] = frozenset()
     """Other effects with which it may be one: each has a part of what one cause does."""
@@ -228,6 +226,11 @@ class Effect(abc.ABC):
     def card(self) -> Card:
         """What a user reads about it; an effect of the library has its card on the page."""
         return cards()[self.name]
+
+    @property
+    def needs(self) -> str:
+        """What it needs from the data, in words."""
+        return self.card.needs
 
     @property
     def rivals(self) -> tuple[Rival, ...]:

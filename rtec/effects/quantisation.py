@@ -41,7 +41,6 @@ class Quantisation(Effect):
     """
 
     name = "quantisation"
-    needs = "three different values at least"
     shape_type = QuantisationShape
     never_ranked = True
 

@@ -98,7 +98,6 @@ class Refraction(Effect):
     name = "refraction"
     grows_with_position = True
     over = Over.TEMPERATURE
-    needs = "a pressure column, with air temperature and humidity where there are any, and positions in a length"
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather, one_place)

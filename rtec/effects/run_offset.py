@@ -37,7 +37,6 @@ class RunOffset(Effect):
 
     name = "run_offset"
     over = Over.RUN
-    needs = f"several runs, {MOST_RUNS} at most"
     shape_type = RunShape
     in_time = True
 

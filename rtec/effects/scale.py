@@ -24,7 +24,6 @@ class Scale(Effect):
     name = "scale"
     is_adjective = True
     amplitude_per = Per.LENGTH
-    needs = "spread of positions"
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a slope, or None."""

@@ -25,7 +25,6 @@ class ServoLag(Effect):
 
     name = "servo_lag"
     over = Over.VELOCITY
-    needs = "a velocity or feed column, or moving data; several speeds to tell it from backlash"
     data_checks = (no_speed,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -44,7 +44,6 @@ class Stribeck(BuildsUp):
 
     name = "stribeck"
     builds_on = frozenset({"coulomb"})
-    needs = "motion in both directions at four speeds at least, creep among them"
     shape_type = StribeckShape
     data_checks = (no_speed, one_way)
 

@@ -30,7 +30,6 @@ class Viscous(Effect):
     over = Over.VELOCITY
     observable = Observable.DRIVE
     amplitude_per = Per.SPEED
-    needs = "moving data; several speeds to tell it from coulomb"
     not_negative = True
 
     def untestable(self, conditions: Conditions) -> str | None:

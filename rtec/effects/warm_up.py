@@ -41,7 +41,6 @@ class WarmUp(ScannedEffect):
     name = "warm_up"
     amplitude = "final"
     over = Over.TIME
-    needs = "a time column"
     shape_type = WarmShape
     contains = frozenset({"drift"})
     in_time = True

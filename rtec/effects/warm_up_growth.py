@@ -30,7 +30,6 @@ class WarmUpGrowth(WarmUp):
     grows_with_position = True
     amplitude = "growth"
     amplitude_per = Per.LENGTH
-    needs = "a time column, and a spread of positions"
     contains = frozenset({"scale"})
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -42,10 +42,6 @@ class AfterReversal(ScannedEffect):
     """Base of the reversal errors that change over a distance after the reversal."""
 
     over = Over.REVERSAL
-    needs = (
-        "both directions, or runs in one that begin at several places, with readings at four distances at least in "
-        "the first quarter after a reversal"
-    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show what happens after a reversal, or None."""

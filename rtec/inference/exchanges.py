@@ -33,7 +33,7 @@ class Exchanges:
     gate: Gate
     neighbours: Neighbours = field(init=False)
     judge: Judge = field(init=False)
-    _reshaped: dict[tuple[int, bool, bool], tuple[Scored, Scored]] = field(default_factory=dict)
+    _reshaped: dict[tuple[Scored, bool, bool], Scored] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.neighbours, self.judge = self.gate.neighbours, self.gate.judge
@@ -43,10 +43,10 @@ class Exchanges:
 
         Nodes and harmonics where asked: while effects are missing they would follow what these explain.
         """
-        key = id(model), maps, waves
+        key = model, maps, waves
         if key not in self._reshaped:
-            self._reshaped[key] = model, self._moved(model, maps=maps, waves=waves)
-        return self._reshaped[key][1]
+            self._reshaped[key] = self._moved(model, maps=maps, waves=waves)
+        return self._reshaped[key]
 
     def _moved(self, model: Scored, *, maps: bool, waves: bool) -> Scored:
         conditions, given = self.judge.space.dataset.conditions, self.neighbours.given

@@ -45,8 +45,8 @@ class Gate:
     free: Judge = field(init=False)
     """Scores models under any noise, that of a log, too."""
     board: Board = field(init=False)
-    _held: dict[int, tuple[Scored, Floats]] = field(default_factory=dict)
-    _gated: dict[int, tuple[Scored, bool]] = field(default_factory=dict)
+    _held: dict[Scored, Floats] = field(default_factory=dict)
+    _gated: dict[Scored, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.judge = self.neighbours.judge
@@ -57,10 +57,9 @@ class Gate:
 
     def held_out(self, model: Scored) -> Floats:
         """Return the held-out residual of a model, shape (rows,)."""
-        key = id(model)
-        if key not in self._held:
-            self._held[key] = (model, held_out_residual(self.judge, model, self.board))
-        return self._held[key][1]
+        if model not in self._held:
+            self._held[model] = held_out_residual(self.judge, model, self.board)
+        return self._held[model]
 
     def gain(self, before: Scored, after: Scored) -> HeldOutGain:
         """Return the fall of the held-out error from one model to another."""
@@ -167,16 +166,14 @@ class Gate:
 
     def is_gated(self, model: Scored) -> bool:
         """Return whether every effect of a model has earned its place."""
-        key = id(model)
-        if key not in self._gated:
-            self._gated[key] = (model, True)
-            for k in reversed(range(len(model.choices))):  # the last came last: the model without it is known
-                why = self.why_not(model, k)
-                if why is not None:
-                    self.refused.setdefault(model.choices[k][0].name, why)
-                    self._gated[key] = (model, False)
-                    break
-        return self._gated[key][1]
+        if model not in self._gated:
+            # the last came last: the model without it is known
+            reasons = ((k, self.why_not(model, k)) for k in reversed(range(len(model.choices))))
+            k, why = next((found for found in reasons if found[1] is not None), (0, None))
+            self._gated[model] = why is None
+            if why is not None:
+                self.refused.setdefault(model.choices[k][0].name, why)
+        return self._gated[model]
 
     def plainer(self, model: Scored, k: int) -> Scored:
         """Return a model with the plainer form of effect ``k`` unless what was held out asks for its own.

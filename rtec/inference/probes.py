@@ -6,7 +6,6 @@ says what that depends on; where none could compete, an effect would be named th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,20 +38,24 @@ class Probe(Effect):
 
     Parameters
     ----------
-    label
+    name
         Stands for it in a search.
     depends_on
         What it is a function of, for people.
     table
         Of the whole data set that it was made for, shape (rows, columns).
+    builds_on
+        The effect whose change it is, beside which alone it may stand.
+    in_time
+        Whether it changes from repeat to repeat.
     """
 
-    label: str
+    name: str
     depends_on: tuple[str, ...]
     table: Floats
-    rows: int
+    builds_on: frozenset[str] = frozenset()
+    in_time: bool = False
 
-    name = "probe"
     needs = "nothing"
     is_map = True
 
@@ -71,15 +74,6 @@ class Probe(Effect):
         return tuple(Amplitude(f"part_{k}", *units.shown) for k in range(1, self.table.shape[1] + 1))
 
 
-def _probe(label: str, depends_on: Sequence[str], table: Floats, *of: str, in_time: bool = False) -> Probe:
-    """Return a probe; ``of`` names the effect whose change it is, beside which alone it may stand."""
-    probe = Probe(label, tuple(depends_on), table, table.shape[0])
-    object.__setattr__(probe, "name", label)
-    object.__setattr__(probe, "builds_on", frozenset(of))
-    object.__setattr__(probe, "in_time", in_time)
-    return probe
-
-
 def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     """Return the probes that a data set has a place for.
 
@@ -93,14 +87,13 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     for heading, values in (*heats.items(), *dataset.unknown):
         least = LEAST_CHANGE_K if heading in heats else 0.0
         if np.isfinite(values).all() and np.ptp(values) > least:
-            shifted = values - values.mean()
-            found.append(_probe(f"any {heading}", [heading], shifted[:, None]))
+            found.append(Probe(f"any {heading}", (heading,), (values - values.mean())[:, None]))
     if dataset.observable is Observable.DRIVE:
         # a smooth force by position has a name where the data can show it: force_map
         if not c.time_is_coordinate and c.span > 0.0 and FORCE_MAP.untestable(c) is not None:
             for count in FORCE_NODES:
                 table = smooth_columns(c.position, np.linspace(c.position.min(), c.position.max(), count).tolist())
-                found.append(_probe(f"any position {count}", ["position"], _unnamed(c, table)))
+                found.append(Probe(f"any position {count}", ("position",), _unnamed(c, table)))
         return tuple(found)
     if c.moving or c.time_is_coordinate:
         return tuple(found)
@@ -110,10 +103,9 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
         found += _in_time(c)
     if c.direction is not None and c.both_directions:
         found += _courses("pass", dataset.passage, c)
-        numbers, run = np.unique(c.run, return_inverse=True)
-        if 1 < numbers.size <= MOST_RUNS:
-            each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
-            found.append(_probe("any run and direction", ["direction", "run"], (each * c.direction).T))
+        each = _members(c.run, 2, MOST_RUNS)
+        if each.size:
+            found.append(Probe("any run and direction", ("direction", "run"), each * c.direction[:, None]))
     return tuple(found)
 
 
@@ -132,30 +124,35 @@ def _tables(dataset: Dataset) -> list[Probe]:
     c = dataset.coordinates
     if not dataset.has_repeats or not FEWEST_PLACES < c.places.size <= MOST_PLACES or c.whole is not None:
         return []
-    place = np.abs(c.position[:, None] - c.places).argmin(axis=1)
-    each = (place[:, None] == np.arange(c.places.size)).astype(np.float64)
-    found = [_probe("any place", ["position"], each)]
+    each = _members(np.abs(c.position[:, None] - c.places).argmin(axis=1), 1, MOST_PLACES)
+    found = [Probe("any place", ("position",), each)]
     if c.direction is not None and c.both_directions:
-        found.append(
-            _probe(
-                "any place and direction", ["position", "direction"], np.hstack([each, each * c.direction[:, None]])
-            )
-        )
+        both = np.hstack([each, each * c.direction[:, None]])
+        found.append(Probe("any place and direction", ("position", "direction"), both))
     return found
 
 
 def _courses(what: str, number: NDArray[np.int64], c: Conditions) -> list[Probe]:
     """Return probes with a smooth course of its own along the axis for each run, or each pass."""
-    numbers, place = np.unique(number, return_inverse=True)
-    if not FEWEST_RUNS <= numbers.size <= (MOST_RUNS if what == "run" else MOST_PASSES):
-        return []
-    each = (place == np.arange(numbers.size)[:, None]).astype(np.float64)
+    each = _members(number, FEWEST_RUNS, MOST_RUNS if what == "run" else MOST_PASSES)
     found = []
     for count in RUN_NODES:
-        if count < c.places.size:
+        if each.size and count < c.places.size:
             courses = smooth_columns(c.position, np.linspace(c.places[0], c.places[-1], count).tolist())
-            table = np.hstack([courses * one[:, None] for one in each])
-            found.append(_probe(f"any {what} and position {count}", ["position", "run"], table))
+            table = np.hstack([courses * one[:, None] for one in each.T])
+            found.append(Probe(f"any {what} and position {count}", ("position", "run"), table))
+    return found
+
+
+def _members(number: NDArray[np.int64], fewest: int, most: int) -> Floats:
+    """Return 1 where a reading has a number and 0 elsewhere, a column for each number, ascending.
+
+    There is no column where there are fewer or more numbers than these.
+    """
+    numbers = np.unique(number)
+    if not fewest <= numbers.size <= most:
+        numbers = numbers[:0]
+    found: Floats = (number[:, None] == numbers).astype(np.float64)
     return found
 
 
@@ -163,7 +160,7 @@ def _in_time(c: Conditions) -> list[Probe]:
     """Return probes with one smooth course in time through all runs, as of the weather; nodes where readings are."""
     counts = [count for count in TIME_NODES if READINGS_A_NODE * count <= c.rows and np.ptp(c.clock) > 0.0]
     nodes = [np.unique(np.quantile(c.clock, np.linspace(0.0, 1.0, count))).tolist() for count in counts]
-    return [_probe(f"any time {len(n)}", ["time"], smooth_columns(c.clock, n), in_time=True) for n in nodes]
+    return [Probe(f"any time {len(n)}", ("time",), smooth_columns(c.clock, n), in_time=True) for n in nodes]
 
 
 def changing(dataset: Dataset, effect: Effect, contribution: Floats, columns: Floats) -> tuple[Probe, ...]:
@@ -186,18 +183,17 @@ def changing(dataset: Dataset, effect: Effect, contribution: Floats, columns: Fl
     c = dataset.coordinates
     if c.moving:
         return ()
-    found = []
+    found, itself = [], frozenset((effect.name,))
     if columns.shape[0] > MOST_COLUMNS:
         columns = contribution[None, :]
     for name, values in (("position", c.position), ("time", c.clock)):
         spread = float(np.std(values))
         if spread > 0.0 and not (name == "position" and (effect.is_map or c.time_is_coordinate)):
             table = (columns * (values - values.mean()) / spread).T
-            found.append(_probe(f"any {effect.name} by {name}", [name], table, effect.name))
-    numbers, run = np.unique(c.run, return_inverse=True)
-    if FEWEST_RUNS <= numbers.size <= MOST_RUNS and not effect.in_time:
-        each = (run == np.arange(numbers.size)[:, None]).astype(np.float64)
+            found.append(Probe(f"any {effect.name} by {name}", (name,), table, itself))
+    each = _members(c.run, FEWEST_RUNS, MOST_RUNS)
+    if each.size and not effect.in_time:
         # less the mean over the runs: what is the same in all of them is the effect itself
-        table = np.vstack([columns * (one - 1.0 / numbers.size) for one in each]).T
-        found.append(_probe(f"any {effect.name} by run", ["run"], table, effect.name))
+        table = np.vstack([columns * (one - 1.0 / each.shape[1]) for one in each.T]).T
+        found.append(Probe(f"any {effect.name} by run", ("run",), table, itself))
     return tuple(found)

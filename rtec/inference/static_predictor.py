@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rtec.effects import Conditions, Units
+from rtec.effects import Conditions, Floats, Units
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
 from rtec.inference.model_file import read_model
@@ -26,8 +25,6 @@ from rtec.predictors import (
     is_predictor_file,
     read_predictor,
 )
-
-Floats = NDArray[np.float64]
 
 POINTS_A_WAVE = 50
 """Of the table's grid: joined by straight lines, the shortest wave is followed within 0.2 % of its amplitude."""
@@ -87,11 +84,13 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
     total = np.full(position_mm.size, model.datum)
     left_out = []
     for term in model.terms:
-        found = _contribution(term, conditions)
-        if isinstance(found, LeftOut):
-            left_out.append(found)
-        else:
-            total += found
+        if term.effect.in_time:
+            left_out.append(LeftOut(effect=term.name, why="it changes with time or temperature"))
+            continue
+        try:
+            total += term.contribution(conditions)
+        except ArgumentError:  # the effect misses a column: that of a velocity, say
+            left_out.append(LeftOut(effect=term.name, why=f"it needs {term.effect.needs}"))
     return total, tuple(left_out)
 
 
@@ -121,15 +120,6 @@ def check_of_positions(model: Model) -> None:
         if not term.fitted:
             hint = "rtec diagnose DATA --save MODEL.toml fits it"
             raise ArgumentError("model", f"{term.name} without numbers", "a fitted model", hint)
-
-
-def _contribution(term: Term, conditions: Conditions) -> Floats | LeftOut:
-    if term.effect.in_time:
-        return LeftOut(effect=term.name, why="it changes with time or temperature")
-    try:
-        return term.contribution(conditions)
-    except ArgumentError:  # the effect misses a column: that of a velocity, say
-        return LeftOut(effect=term.name, why=f"it needs {term.effect.needs}")
 
 
 def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:

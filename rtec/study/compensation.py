@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.effects import Floats
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
-from rtec.inference.static_predictor import MOST_POINTS, Floats, LeftOut, predictor_of_model, static_part
+from rtec.inference.static_predictor import MOST_POINTS, LeftOut, predictor_of_model, static_part
 from rtec.predictors import FORWARD, REVERSE, Predictor
 from rtec.predictors.binding import check_curve
 from rtec.predictors.layered import TOUCH_MM, TrainedNetworks

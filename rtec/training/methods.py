@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from rtec.dataset.dataset import Dataset
 from rtec.inference.diagnose import diagnose
@@ -90,19 +91,21 @@ def all_methods(*, several_axes: bool = False) -> tuple[Method, ...]:
         Whether the measurement tells where other axes stood: then their geometry competes, too.
     """
     tables = (
-        Method(name=f"table {side} {between.value}", kind=Kind.TABLE, fit=_fits_table(kind, between))
+        Method(name=f"table {side} {between.value}", kind=Kind.TABLE, fit=partial(_fit_table, kind, between))
         for side, kind in (("uni-directional", UnidirectionalTable), ("bi-directional", BidirectionalTable))
         for between in Between
     )
     networks = (
         Method(
-            name=f"network {design.name} {algorithm.value}", kind=Kind.NETWORK, fit=_fits_network(design, algorithm)
+            name=f"network {design.name} {algorithm.value}",
+            kind=Kind.NETWORK,
+            fit=partial(_fit_network, design, algorithm),
         )
         for design in DESIGNS
         for algorithm in Algorithm
     )
     geometries = (
-        Method(name=geometry.value, kind=Kind.GEOMETRY, fit=_fits_geometry(geometry))
+        Method(name=geometry.value, kind=Kind.GEOMETRY, fit=partial(_fit_geometry, geometry))
         for geometry in Geometry
         if several_axes
     )
@@ -110,27 +113,24 @@ def all_methods(*, several_axes: bool = False) -> tuple[Method, ...]:
     return (none, *tables, *geometries, Method(name="effects", kind=Kind.MODEL, fit=_fit_effects), *networks)
 
 
-def _fits_table(kind: type[Table], between: Between) -> Callable[[Task], Fitted]:
-    def fit(task: Task) -> Fitted:
-        parts = task.parts
-        chosen = spaced_table(parts.seen, kind, between, seed=task.effort.seed)
-        # the place without readings would be a gap that no control's table has
-        table = table_of(together([parts.seen, parts.sure]), chosen)
-        notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
-        if task.pitch_mm is not None:
-            turn = task.pitch_mm / chosen.spacing_mm
-            notes.append(f"{turn:.3g} points a turn of the screw")
-            if turn < FEWEST_POINTS_A_TURN:
-                notes.append("errors that repeat every turn are not in it")
-        return Fitted(
-            predictor=table,
-            parameters=_numbers_in(table),
-            unsure=chosen.table,
-            notes=tuple(notes),
-            tried=chosen.tried,
-        )
-
-    return fit
+def _fit_table(kind: type[Table], between: Between, task: Task) -> Fitted:
+    parts = task.parts
+    chosen = spaced_table(parts.seen, kind, between, seed=task.effort.seed)
+    # the place without readings would be a gap that no control's table has
+    table = table_of(together([parts.seen, parts.sure]), chosen)
+    notes = [f"a point every {chosen.spacing_mm:.4g} mm"]
+    if task.pitch_mm is not None:
+        turn = task.pitch_mm / chosen.spacing_mm
+        notes.append(f"{turn:.3g} points a turn of the screw")
+        if turn < FEWEST_POINTS_A_TURN:
+            notes.append("errors that repeat every turn are not in it")
+    return Fitted(
+        predictor=table,
+        parameters=_numbers_in(table),
+        unsure=chosen.table,
+        notes=tuple(notes),
+        tried=chosen.tried,
+    )
 
 
 def _numbers_in(table: Table) -> int:
@@ -140,18 +140,15 @@ def _numbers_in(table: Table) -> int:
     return sum(errors.size for _, errors in table.ways)
 
 
-def _fits_geometry(geometry: Geometry) -> Callable[[Task], Fitted]:
-    def fit(task: Task) -> Fitted:
-        parts = task.parts
-        found = fit_across(together([parts.seen, parts.sure]), geometry)
-        return Fitted(
-            predictor=found.predictor,
-            parameters=found.parameters,
-            unsure=fit_across(parts.seen, geometry).predictor,
-            notes=tuple(map(str, found.across)),
-        )
-
-    return fit
+def _fit_geometry(geometry: Geometry, task: Task) -> Fitted:
+    parts = task.parts
+    found = fit_across(together([parts.seen, parts.sure]), geometry)
+    return Fitted(
+        predictor=found.predictor,
+        parameters=found.parameters,
+        unsure=fit_across(parts.seen, geometry).predictor,
+        notes=tuple(map(str, found.across)),
+    )
 
 
 def _fit_effects(task: Task) -> Fitted:
@@ -165,26 +162,23 @@ def _fit_effects(task: Task) -> Fitted:
     return Fitted(predictor=predictor, parameters=numbers, notes=tuple(notes), model=found.model)
 
 
-def _fits_network(design: Design, algorithm: Algorithm) -> Callable[[Task], Fitted]:
-    def fit(task: Task) -> Fitted:
-        trained = train(
-            design,
-            task.parts.train,
-            task.parts.choose,
-            replace(task.effort, algorithm=algorithm),
-            pitch_mm=task.pitch_mm,
-            limit=task.limit,
-            tell=task.tell,
-        )
-        epochs = " + ".join(str(course.epochs) for course in trained.courses)
-        notes = [f"{epochs} epochs"]
-        if task.pitch_mm is None:
-            notes.append("without the place in the turn: no pitch of a screw is stated")
-        return Fitted(
-            predictor=trained.predictor, parameters=trained.weights, notes=tuple(notes), courses=trained.courses
-        )
-
-    return fit
+def _fit_network(design: Design, algorithm: Algorithm, task: Task) -> Fitted:
+    trained = train(
+        design,
+        task.parts.train,
+        task.parts.choose,
+        replace(task.effort, algorithm=algorithm),
+        pitch_mm=task.pitch_mm,
+        limit=task.limit,
+        tell=task.tell,
+    )
+    epochs = " + ".join(str(course.epochs) for course in trained.courses)
+    notes = [f"{epochs} epochs"]
+    if task.pitch_mm is None:
+        notes.append("without the place in the turn: no pitch of a screw is stated")
+    return Fitted(
+        predictor=trained.predictor, parameters=trained.weights, notes=tuple(notes), courses=trained.courses
+    )
 
 
 def turn_warning(task_parts: Parts, pitch_mm: float | None) -> str | None:

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from rtec.effects import LIBRARY, Conditions, HeatShape, Observable, Shape, Units, effect_named
+from rtec.effects._heat import LEAST_CHANGE_K
 from rtec.effects.cards import cards
+from rtec.effects.gravity import LEAST_SPAN_DEG
 from rtec.effects.library import CAPTURE_EFFECTS
 from rtec.effects.lost_counts import StepShape
+from rtec.effects.run_offset import MOST_RUNS
 from rtec.effects.thermal_growth import GrowthShape
 from rtec.effects.windup import WindupShape
 from rtec.errors import ArgumentError
@@ -307,7 +310,9 @@ def test_the_page_holds_every_name_and_card():
     page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
     assert rows[: len(NAMES)] == NAMES
-    assert all(effect.needs in page for effect in LIBRARY)
+    limits = {"thermal_growth": f"{LEAST_CHANGE_K:g} K", "thermal_shift": f"{LEAST_CHANGE_K:g} K"}
+    limits |= {"run_offset": f"{MOST_RUNS} at most", "gravity": f"{LEAST_SPAN_DEG:g} deg"}
+    assert all(words in effect_named(name).needs for name, words in limits.items())
     assert list(cards()) == NAMES
 
 
