@@ -133,5 +133,4 @@ def _carried(conditions: Conditions, distances: Sequence[float]) -> Floats:
     way = np.where(turned, farthest, np.diff(farthest, prepend=0.0)) * np.sign(direction)
     found = np.empty((len(distances), whole.rows))
     wind_up(np.cumsum(way), whole.motion_begins, np.zeros_like(found), np.array(distances), found)
-    remembered: Floats = found[:, rows]
-    return remembered
+    return found[:, rows]

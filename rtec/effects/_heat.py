@@ -85,8 +85,7 @@ def rise_of(conditions: Conditions, sensor: str, lag: float = 0.0) -> Floats:
         if whole.time_s is None:
             raise ArgumentError("lag", lag, "0 for data without a time column")
         return _behind(whole.time_s, whole.temperatures[sensor], lag)[rows] - conditions.reference_temperature_degc
-    rise: Floats = conditions.temperatures[sensor] - conditions.reference_temperature_degc
-    return rise
+    return conditions.temperatures[sensor] - conditions.reference_temperature_degc
 
 
 def _behind(time_s: Floats, heat: Floats, lag: float) -> Floats:

@@ -6,16 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import kernel
+from rtec.effects.conditions import Floats
 
 
 @kernel
 def bend(
-    position: NDArray[np.float64],
-    begins: NDArray[np.bool_],
-    first: NDArray[np.float64],
-    slips: NDArray[np.float64],
-    bent: NDArray[np.float64],
-    out: NDArray[np.float64],
+    position: Floats, begins: NDArray[np.bool_], first: Floats, slips: Floats, bent: Floats, out: Floats
 ) -> None:
     """Fill ``out`` (distances, rows) with the mean force of the elements over that at which each slips, from -1 to 1.
 

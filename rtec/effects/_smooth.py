@@ -49,8 +49,7 @@ def smooth_columns(position: Floats, nodes: Sequence[float]) -> Floats:
 
 def _bow(distance: Floats, size: Floats) -> Floats:
     """Return what a unit second derivative at one end of a section adds, by the distance from the other end."""
-    found: Floats = (np.maximum(distance, 0.0) ** 3 / size - size * distance) / 6.0
-    return found
+    return (np.maximum(distance, 0.0) ** 3 / size - size * distance) / 6.0
 
 
 def node_ladder(conditions: Conditions) -> list[tuple[float, ...]]:

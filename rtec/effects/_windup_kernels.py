@@ -8,16 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import kernel
+from rtec.effects.conditions import Floats
 
 
 @kernel
-def wind_up(
-    position: NDArray[np.float64],
-    begins: NDArray[np.bool_],
-    first: NDArray[np.float64],
-    distance: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
+def wind_up(position: Floats, begins: NDArray[np.bool_], first: Floats, distance: Floats, out: Floats) -> None:
     """Fill ``out`` (distances, rows) with the share that is wound up, from -1 to 1.
 
     ``first`` is the share with which each motion begins, one number for each distance times the direction at first,

@@ -196,8 +196,7 @@ def sawtooth(position: Floats, shape: CyclicShape) -> Floats:
     [-0.4, 0.5, 0.0]
     """
     turns = (position - shape.step_at) / shape.period
-    found: Floats = 0.5 - (turns - np.floor(turns))
-    return found
+    return 0.5 - (turns - np.floor(turns))
 
 
 def _way_summary(
@@ -225,8 +224,7 @@ def _gaps(conditions: Conditions, period: float) -> tuple[Floats, Floats]:
 
 def _away(phases: Floats, shape: CyclicShape) -> Floats:
     """Return how far phases are from the step of a shape, in cycles."""
-    off: Floats = np.abs(np.mod(phases - shape.step_at / shape.period + 0.5, 1.0) - 0.5)
-    return off
+    return np.abs(np.mod(phases - shape.step_at / shape.period + 0.5, 1.0) - 0.5)
 
 
 def _steps_at(shape: CyclicShape, phases: Floats) -> list[CyclicShape]:

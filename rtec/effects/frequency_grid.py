@@ -97,8 +97,7 @@ def frequencies(conditions: Conditions) -> Floats:
         return np.empty(0)
     lowest, step = FEWEST_CYCLES / conditions.span, SPACING / conditions.span
     count = int(np.floor((top - lowest) / step + 1e-9)) + 1
-    grid: Floats = lowest + step * np.arange(max(count, 0), dtype=np.float64)
-    return grid
+    return lowest + step * np.arange(max(count, 0), dtype=np.float64)
 
 
 def resolved_harmonics(conditions: Conditions, period: float) -> int:

@@ -95,8 +95,7 @@ class Hysteresis(ScannedEffect):
         begin = np.array([first if shape.settled else 0.0 for shape in own])
         found = np.empty((len(own), whole.rows))
         bend(whole.position, whole.motion_begins, begin, ways_to_slip, np.empty(ELEMENTS), found)
-        half: Floats = found[:, None, rows] / 2.0
-        return half
+        return found[:, None, rows] / 2.0
 
 
 def _least(conditions: Conditions) -> float:

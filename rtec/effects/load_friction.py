@@ -46,8 +46,7 @@ class LoadFriction(Coulomb):
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""
-        pressed: Floats = super().scan(conditions, shapes) * self._needed(conditions.load, "a load column")
-        return pressed
+        return super().scan(conditions, shapes) * self._needed(conditions.load, "a load column")
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the friction for each unit of load."""

@@ -324,8 +324,7 @@ class Effect(abc.ABC):
 
     def contribution(self, conditions: Conditions, shape: Shape, amplitudes: Sequence[float]) -> Floats:
         """Return what the effect adds to the observed quantity, shape (rows,), in its unit inside."""
-        added: Floats = self.columns(conditions, shape) @ np.asarray(amplitudes, dtype=np.float64)
-        return added
+        return self.columns(conditions, shape) @ np.asarray(amplitudes, dtype=np.float64)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return what people read of a fitted effect: (name, value, unit) of each number.

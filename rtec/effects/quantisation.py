@@ -54,8 +54,7 @@ class Quantisation(Effect):
         """
         if not (np.isfinite(step) and step > 0):
             raise ArgumentError("step", step, "a finite number above 0")
-        whole: Floats = np.round(np.asarray(values, dtype=np.float64) / step) * step
-        return whole
+        return np.round(np.asarray(values, dtype=np.float64) / step) * step
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return round steps that the positions show, from a hundred thousandth of the span to half a gap."""

@@ -42,8 +42,7 @@ def refractivity(pressure_hpa: Floats, air_degc: Floats, humidity_percent: Float
     density = (1.0 + 1e-8 * (0.601 - 0.00972 * air_degc) * pascal) / (1.0 + 0.0036610 * air_degc)
     vapour = humidity_percent / 100.0 * 611.2 * np.exp(17.62 * air_degc / (243.12 + air_degc))
     displaced = 1e-10 * 292.75 / (air_degc + 273.15) * (3.7345 - 0.0401 * wave) * vapour
-    found: Floats = standard * pascal / 96095.43 * density - displaced
-    return found
+    return standard * pascal / 96095.43 * density - displaced
 
 
 def change_of_index(conditions: Conditions, shape: SensorShape) -> Floats:
@@ -109,8 +108,7 @@ class Refraction(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the change of the refractive index, shape (rows, 1)."""
         self._needed(conditions.pressure_hpa, "a pressure column")
-        grown: Floats = (conditions.position * change_of_index(conditions, own_shape(shape, SensorShape)))[:, None]
-        return grown
+        return (conditions.position * change_of_index(conditions, own_shape(shape, SensorShape)))[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return which share of the air's effect is there: 1 without any compensation."""

@@ -38,5 +38,4 @@ class WarmUpGrowth(WarmUp):
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several time constants, shape (shapes, 1, rows)."""
-        grown: Floats = super().scan(conditions, shapes) * conditions.position
-        return grown
+        return super().scan(conditions, shapes) * conditions.position

@@ -150,8 +150,7 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
     distances = np.array([shape.distance for shape in shapes])
     found = np.empty((len(shapes), conditions.rows))
     wind_up(conditions.position, conditions.motion_begins, first, distances, found)
-    remembered: Floats = found[:, rows]
-    return remembered
+    return found[:, rows]
 
 
 def too_sparse(conditions: Conditions) -> str | None:
@@ -202,8 +201,7 @@ def distances(conditions: Conditions) -> Floats:
     if conditions.since_reversal is None:
         return np.empty(0)
     gone = np.unique(np.round(conditions.since_reversal, 9))
-    positive: Floats = gone[gone > 0]
-    return positive
+    return gone[gone > 0]
 
 
 def opposed(amplitudes: Floats, others: Mapping[str, Floats]) -> bool:

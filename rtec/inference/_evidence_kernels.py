@@ -6,16 +6,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec._jit import array_helper, array_kernel
+from rtec.dataset.standstill import Ints
+from rtec.effects import Floats
 
 _GAIN = 1e-9
 _ROUNDS = 12
 
 
 @array_helper
-def eliminate(upper: NDArray[np.float64], count: int) -> float:
+def eliminate(upper: Floats, count: int) -> float:
     """Factorise the first columns of an upper triangle, take them out of the rest; return the log of the pivots."""
     total = 0.0
     for k in range(count):
@@ -31,7 +32,7 @@ def eliminate(upper: NDArray[np.float64], count: int) -> float:
 
 
 @array_helper
-def log_likelihood(products: NDArray[np.float64], readings: float, deviations: NDArray[np.float64]) -> float:
+def log_likelihood(products: Floats, readings: float, deviations: Floats) -> float:
     """Return the log marginal likelihood for one set of prior deviations; a deviation of 0 leaves a column out."""
     used = np.flatnonzero(deviations)
     n, last = used.size, products.shape[0] - 1
@@ -49,17 +50,14 @@ def log_likelihood(products: NDArray[np.float64], readings: float, deviations: N
 
 
 @array_helper
-def put(places: NDArray[np.int64], values: NDArray[np.int64]) -> None:
+def put(places: Ints, values: Ints) -> None:
     """Copy an array into another; as a slice it takes two seconds to compile."""
     for b in range(places.size):
         places[b] = values[b]
 
 
 @array_helper
-def at_places(
-    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
-    places: NDArray[np.int64],
-) -> float:  # fmt: skip
+def at_places(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
     """Return the log marginal likelihood for the places of blocks on the ladder."""
     deviations = np.zeros(block.size)
     for c in range(block.size):
@@ -68,10 +66,7 @@ def at_places(
 
 
 @array_kernel
-def shift(
-    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
-    places: NDArray[np.int64],
-) -> float:  # fmt: skip
+def shift(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
     """Move all places by one step of the ladder together where that helps; return the best."""
     start, moved = places.copy(), places.copy()
     best = at_places(products, readings, block, ladder, start)
@@ -86,10 +81,7 @@ def shift(
 
 
 @array_helper
-def without_block(
-    products: NDArray[np.float64], own: NDArray[np.int64], rest: NDArray[np.int64], deviation: float,
-    reduced: NDArray[np.float64],
-) -> float:  # fmt: skip
+def without_block(products: Floats, own: Ints, rest: Ints, deviation: float, reduced: Floats) -> float:
     """Fill ``reduced`` with what is left of the products of the ``rest`` once columns have been averaged over.
 
     Returns the log of the pivots. It does not depend on the scales of the rest.
@@ -113,10 +105,16 @@ def without_block(
 
 @array_helper
 def kept(
-    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
-    places: NDArray[np.int64], own: NDArray[np.int64], rest: NDArray[np.int64], reduced: NDArray[np.float64],
-    log_pivots: NDArray[np.float64],
-) -> float:  # fmt: skip
+    products: Floats,
+    readings: float,
+    block: Ints,
+    ladder: Floats,
+    places: Ints,
+    own: Ints,
+    rest: Ints,
+    reduced: Floats,
+    log_pivots: Floats,
+) -> float:
     """Return the log marginal likelihood for places, from what the block of the columns ``own`` leaves of the others.
 
     That is kept in ``reduced`` and ``log_pivots`` for each of its places; not a number where it is not known yet.
@@ -128,10 +126,7 @@ def kept(
 
 
 @array_kernel
-def climb(
-    products: NDArray[np.float64], readings: float, block: NDArray[np.int64], ladder: NDArray[np.float64],
-    places: NDArray[np.int64],
-) -> float:  # fmt: skip
+def climb(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
     """Move the places to where the readings are likeliest, block by block; return how likely they are."""
     if places.size == 0:
         return at_places(products, readings, block, ladder, places)

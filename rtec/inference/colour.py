@@ -127,8 +127,7 @@ class Whitening:
 
         slow = np.empty_like(columns)
         coloured_rows(np.ascontiguousarray(columns), self._steps[0], slow)
-        found: Floats = (1.0 - self.colour.white) * slow + self.colour.white * columns
-        return found
+        return (1.0 - self.colour.white) * slow + self.colour.white * columns
 
 
 def gaps_of(dataset: Dataset) -> Floats:

@@ -103,8 +103,7 @@ def _correlations(sequence: Sequence, starts: _Ints) -> Floats:
     step[starts] = 0.0
     # what each reading has in common with all before it in its group, from what the one before has
     earlier = np.array([*accumulate(step.tolist(), lambda before, one: one * (before + 1.0))])
-    sums: Floats = count + 2.0 * (1.0 - sequence.colour.white) * np.add.reduceat(earlier, starts)
-    return sums
+    return count + 2.0 * (1.0 - sequence.colour.white) * np.add.reduceat(earlier, starts)
 
 
 def _are_groups(x: Floats, starts: _Ints) -> bool:

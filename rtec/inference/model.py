@@ -65,8 +65,7 @@ class Term:
         Where the columns of an effect were filtered and thinned like the observed quantity, so is the contribution.
         """
         shape, amplitudes = self._numbers()
-        added: Floats = dataset.columns(self.effect, shape) @ np.asarray(amplitudes, dtype=np.float64)
-        return added
+        return dataset.columns(self.effect, shape) @ np.asarray(amplitudes, dtype=np.float64)
 
     def _numbers(self) -> tuple[Shape, tuple[float, ...]]:
         if self.shape is None or self.amplitudes is None:

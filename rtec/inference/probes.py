@@ -115,8 +115,7 @@ def _unnamed(c: Conditions, table: Floats) -> Floats:
     if GRAVITY.untestable(c) is None:
         names.append(GRAVITY.columns(c, GRAVITY.shapes(c)[-1]))
     named = np.hstack(names)
-    found: Floats = table - named @ np.linalg.lstsq(named, table, rcond=None)[0]
-    return found
+    return table - named @ np.linalg.lstsq(named, table, rcond=None)[0]
 
 
 def _tables(dataset: Dataset) -> list[Probe]:

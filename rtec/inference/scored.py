@@ -160,8 +160,7 @@ class Fit:
     def contribution(self, k: int) -> Floats:
         """Return what part ``k`` adds to the readings, shape (rows,), in the observed unit inside."""
         part = self.parts[k]
-        added: Floats = (self.mean[self.rows(k)] * part.unit) @ part.raw
-        return added
+        return (self.mean[self.rows(k)] * part.unit) @ part.raw
 
 
 def _wrong_sign(

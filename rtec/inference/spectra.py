@@ -130,8 +130,7 @@ def threshold(frequency: Floats, noise: NoiseFloor, *, rows: int, resolved: floa
     white = 2.0 * noise.sigma * math.sqrt(quiet / rows)
     rho = min(max(noise.correlation, 0.0), 0.999)
     reddened = (1.0 - rho**2) / (1.0 - 2.0 * rho * np.cos(2 * np.pi * frequency * spacing) + rho**2)
-    level: Floats = white * np.sqrt(noise.white_share + (1.0 - noise.white_share) * reddened)
-    return level
+    return white * np.sqrt(noise.white_share + (1.0 - noise.white_share) * reddened)
 
 
 @dataclass(frozen=True, slots=True)

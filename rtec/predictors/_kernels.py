@@ -47,6 +47,7 @@ import numpy.typing as npt
 
 from rtec._jit import fused_kernel, fused_step, helper, kernel, summing_helper
 from rtec.link._frame_kernels import MOST_AXES
+from rtec.predictors._columns import Floats
 from rtec.predictors._logistic_kernels import logistic
 
 POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
@@ -72,7 +73,7 @@ MOST_TABLES = 1000
 
 
 @helper
-def _segment(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> int:
+def _segment(par: Floats, first: int, n: int, x_mm: float) -> int:
     """Return the index of the last of ``n`` ascending positions, from index ``first`` on, that is not above ``x_mm``.
 
     Of positions within the table; the last one belongs to the segment before it.
@@ -89,7 +90,7 @@ def _segment(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> i
 
 
 @helper
-def _interpolate(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> float:
+def _interpolate(par: Floats, first: int, n: int, x_mm: float) -> float:
     """Return the error of the table whose positions start at index ``first``."""
     if x_mm <= par[first]:
         return par[first + n]
@@ -103,7 +104,7 @@ def _interpolate(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) 
 
 
 @helper
-def _cubic(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> float:
+def _cubic(par: Floats, first: int, n: int, x_mm: float) -> float:
     """Return the error of the table of cubics whose positions start at index ``first``."""
     last = first + n - 1
     if x_mm <= par[first]:
@@ -120,7 +121,7 @@ def _cubic(par: npt.NDArray[np.float64], first: int, n: int, x_mm: float) -> flo
 
 
 @summing_helper
-def _product(left: npt.NDArray[np.float64], right: npt.NDArray[np.float64]) -> float:
+def _product(left: Floats, right: Floats) -> float:
     """Return the sum of products of two columns."""
     total = 0.0
     for i in range(left.size):
@@ -136,23 +137,13 @@ def within_turn(position_mm: float, pitch_mm: float, touch_mm: float) -> float:
 
 
 @kernel
-def no_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def no_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return zero everywhere."""
     return 0.0
 
 
 @kernel
-def table_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def table_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the error of a table, linear between its points."""
     n = int(numbers[0])
     if inputs[1] >= 0.0:
@@ -162,12 +153,7 @@ def table_error(
 
 
 @kernel
-def cubic_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def cubic_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the error of a table, cubic between its points."""
     n = int(numbers[0])
     if inputs[1] >= 0.0:
@@ -189,12 +175,7 @@ def input_value(value: float, kind: int, middle: float, half: float, first_mm: f
 
 
 @fused_kernel
-def layered_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def layered_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the sum of networks of logistic neurons."""
     held_mm = min(max(inputs[0], numbers[0]), numbers[1])
     most = int(numbers[5])
@@ -238,12 +219,7 @@ def layered_error(
 
 
 @kernel
-def tables_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def tables_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the sum of tables of the positions of several axes."""
     held_mm = min(max(inputs[0], numbers[0]), numbers[1])
     at = 3
@@ -264,12 +240,7 @@ def tables_error(
 
 
 @kernel
-def growth_error(
-    numbers: npt.NDArray[np.float64],
-    inputs: npt.NDArray[np.float64],
-    memory: npt.NDArray[np.float64],
-    sd: npt.NDArray[np.float64],
-) -> float:
+def growth_error(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return how far an axis has grown that grows in proportion to its temperature."""
     return float(numbers[1] * (inputs[0] - numbers[0]))
 
@@ -294,7 +265,7 @@ def error_at(curve: Any, x_mm: float, direction: int) -> float:
 
 
 @helper
-def predicted_mm(model: Any, sensors: npt.NDArray[np.float64]) -> float:
+def predicted_mm(model: Any, sensors: Floats) -> float:
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
@@ -312,11 +283,7 @@ def predicted_mm(model: Any, sensors: npt.NDArray[np.float64]) -> float:
 
 @kernel
 def errors_along(
-    curve: Any,
-    x_mm: npt.NDArray[np.float64],
-    direction: npt.NDArray[np.int64],
-    others_mm: npt.NDArray[np.float64],
-    error_mm: npt.NDArray[np.float64],
+    curve: Any, x_mm: Floats, direction: npt.NDArray[np.int64], others_mm: Floats, error_mm: Floats
 ) -> None:
     """Write the error at each position, approached in each direction, into ``error_mm``.
 

@@ -164,5 +164,4 @@ def _choosing(
     if 2 * free.size >= wanted:
         found[free[:wanted]] = True
         return found
-    chosen: NDArray[np.bool_] = np.isin(place, inner[: max(1, round(CHOOSING * inner.size))])
-    return chosen
+    return np.isin(place, inner[: max(1, round(CHOOSING * inner.size))])

@@ -126,8 +126,7 @@ class Layers:
             level = self._seen[layer + 1][:-1]
             np.matmul(self._weights(weights, layer).T, self._seen[layer], out=level)
             answer(level)
-        found: Floats = self._weights(weights, len(self._delta))[:, 0] @ self._seen[-1]
-        return found
+        return self._weights(weights, len(self._delta))[:, 0] @ self._seen[-1]
 
     def _back(self, weights: Floats, residual: Floats) -> None:
         """Find the slope of half the sum of squares over what each neuron is given; with ones, that of the output."""

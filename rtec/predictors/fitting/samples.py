@@ -234,5 +234,4 @@ def _areas(x: Floats, y: Floats, ends: Floats) -> Floats:
     piece = np.clip(np.searchsorted(x, ends, side="right") - 1, 0, x.size - 2)
     into = ends - x[piece]
     slope = (y[piece + 1] - y[piece]) / (x[piece + 1] - x[piece])
-    area: Floats = whole[piece] + into * (y[piece] + 0.5 * slope * into)
-    return area
+    return whole[piece] + into * (y[piece] + 0.5 * slope * into)
