@@ -42,11 +42,9 @@ class Value:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One step of a search: an effect added or taken out again, everything refitted."""
+    """One step of a search: an effect added, everything refitted."""
 
     effect: str
-    added: bool
-    """False: the effect was taken out again."""
     params: tuple[Value, ...]
     rms_train: float
     rms_heldout: float

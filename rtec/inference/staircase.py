@@ -69,7 +69,6 @@ def _constant_step(found: Finding, offset: Offset, before: Scored) -> Step:
     fitted = found.fitted(before)
     return Step(
         effect=OFFSET.name,
-        added=True,
         params=values_of(fitted.terms[0], fitted),
         rms_train=found.rms_left(before),
         rms_heldout=found.rms_heldout(before),
@@ -100,7 +99,6 @@ def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) 
         steps.append(
             Step(
                 effect=choice[0].name,
-                added=True,
                 params=values_of(fitted.terms[-1], fitted),
                 rms_train=found.rms_left(after),
                 rms_heldout=found.rms_heldout(after),

@@ -87,7 +87,6 @@ class StepRow:
     """A line of the table of steps."""
 
     label: str
-    added: bool
     parameters: list[str]
     train: str
     heldout: str
@@ -258,7 +257,7 @@ def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
     """Return the table of steps, the start first."""
     names = joined(spoken(name) for name in diagnosis.start.names)
     heldout = shown.text(diagnosis.rms_heldout_before) if math.isfinite(diagnosis.rms_heldout_before) else ""
-    start = StepRow(label=f"start: {names or 'no effect'}", added=True, parameters=[], gain="", p="",
+    start = StepRow(label=f"start: {names or 'no effect'}", parameters=[], gain="", p="",
                     train=shown.text(diagnosis.rms_before), heldout=heldout, reason="")  # fmt: skip
     rows = [start]
     for step in diagnosis.steps:
@@ -267,13 +266,12 @@ def step_rows(diagnosis: Diagnosis, shown: Shown) -> list[StepRow]:
             gain, error = step.gain * shown.factor**2, step.gain_error * shown.factor**2
         rows.append(
             StepRow(
-                label=f"{'+' if step.added else '−'} {spoken(step.effect)}",
-                added=step.added,
-                parameters=parameter_texts(step.params, _MOST_PARAMETERS) if step.added else [],
+                label=f"+ {spoken(step.effect)}",
+                parameters=parameter_texts(step.params, _MOST_PARAMETERS),
                 train=shown.text(step.rms_train),
                 heldout=shown.text(step.rms_heldout),
                 gain=quantity_text(gain, "", error, digits=3),
-                p=probability(step.p_adjusted) if step.added else "",
+                p=probability(step.p_adjusted),
                 reason=printable(step.reason),
             )
         )

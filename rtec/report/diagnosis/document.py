@@ -128,7 +128,9 @@ def parameters_document(values: tuple[Value, ...]) -> dict[str, float | str | No
 
 def _step(step: Step, shown: Shown) -> dict[str, Any]:
     return {
-        **_plain(step, "effect", "added", "p_adjusted", "reason"),
+        "effect": step.effect,
+        "added": True,
+        **_plain(step, "p_adjusted", "reason"),
         **_in_unit(shown, step, "rms_train", "rms_heldout"),
         "params": parameters_document(step.params),
         "heldout_gain": step.gain * shown.factor**2,

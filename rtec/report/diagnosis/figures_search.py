@@ -30,7 +30,6 @@ class _Bar:
     candidate: Candidate
     reference: float
     """RMS before the candidate was added, or in the end where it was not."""
-    removed: bool
 
     @property
     def gain(self) -> float:
@@ -40,11 +39,7 @@ class _Bar:
 
 def candidates_figure(diagnosis: Diagnosis) -> Figure | None:
     """Return the ranked candidates: from which RMS to which each was promised to bring it, and brought it."""
-    removed = {step.effect for step in diagnosis.steps if not step.added}
-    bars = [
-        _Bar(candidate=one, reference=_reference(diagnosis, one), removed=one.effect in removed)
-        for one in diagnosis.candidates
-    ]
+    bars = [_Bar(candidate=one, reference=_reference(diagnosis, one)) for one in diagnosis.candidates]
     bars = [bar for bar in bars if math.isfinite(bar.gain) and bar.candidate.predicted_rms > 0 and bar.reference > 0]
     bars = sorted(bars, key=lambda bar: -bar.gain)[:_MOST_BARS]
     if not bars:
@@ -72,7 +67,7 @@ def _reference(diagnosis: Diagnosis, candidate: Candidate) -> float:
     """Return the RMS that a candidate's promise is measured against: before its own step, or after the last one."""
     before = diagnosis.rms_before
     for step in diagnosis.steps:
-        if candidate.accepted and step.added and step.effect == candidate.effect:
+        if candidate.accepted and step.effect == candidate.effect:
             return before
         before = step.rms_train
     return before
@@ -94,14 +89,13 @@ def _bar(axes: Axes, row: int, bar: _Bar, shown: Shown) -> None:
         bars = axes.barh(row - 0.19, start - achieved, 0.34, left=achieved, color=FORWARD, zorder=2)
         if "achieved fall" not in axes.get_legend_handles_labels()[1]:
             bars.set_label("achieved fall")
-    axes.annotate(_judgement(one, removed=bar.removed), (1.0, row), (6, 0), xycoords=("axes fraction", "data"),
+    axes.annotate(_judgement(one), (1.0, row), (6, 0), xycoords=("axes fraction", "data"),
                   textcoords="offset points", va="center", fontsize=8.5, annotation_clip=False,
                   color=INK if one.accepted else PALE, weight="bold" if one.accepted else "normal")  # fmt: skip
 
 
-def _judgement(one: Candidate, *, removed: bool) -> str:
-    fate = "found" if one.accepted else "taken out again" if removed else "not added"
-    words = fate if one.accepted else f"{fate}, p {probability(one.p_adjusted).replace('< ', '<')}"
+def _judgement(one: Candidate) -> str:
+    words = "found" if one.accepted else f"not added, p {probability(one.p_adjusted).replace('< ', '<')}"
     if one.tied_with:
         words += f"; like {', '.join(spoken(name) for name in one.tied_with[:2])}"
     return figure_text(words, 52)
@@ -136,10 +130,6 @@ def staircase_figure(diagnosis: Diagnosis) -> Figure:
               label="training", zorder=3)  # fmt: skip
     axes.plot(x, held, color=REVERSE, marker="D", markersize=5, linestyle="none", label="held out",
               zorder=4)  # fmt: skip
-    removed = [k + 1 for k, step in enumerate(steps) if not step.added]
-    if removed:
-        axes.plot([k + 0.4 for k in removed], [train[k] for k in removed], linestyle="none", marker="x", color=ALARM,
-                  markersize=8, markeredgewidth=2.0, label="taken out again", zorder=5)  # fmt: skip
     floor = _floor(axes, diagnosis.noise, shown)
     _decades(axes, "y", [v for v in (*train, *held, *floor) if math.isfinite(v)])
     for k, (left, right) in enumerate(zip(train, held, strict=True)):
@@ -151,12 +141,12 @@ def staircase_figure(diagnosis: Diagnosis) -> Figure:
                           ha="left", va="bottom" if above else "top", fontsize=8.5, color=REVERSE,
                           zorder=6)  # fmt: skip
     start = "\n".join(spoken(name) for name in diagnosis.start.names[:3]) or "no effect"
-    names = [f"start:\n{start}", *(("+ " if step.added else "− ") + _wrapped(step.effect) for step in steps)]
+    names = [f"start:\n{start}", *(f"+ {_wrapped(step.effect)}" for step in steps)]
     turned = len(names) > 12
     axes.set_xticks(x, [figure_text(name) if turned else name for name in names], rotation=60 if turned else 0,
                     ha="right" if turned else "center")  # fmt: skip
-    for label, step in zip(axes.get_xticklabels()[1:], steps, strict=True):
-        label.set_color(INK if step.added else ALARM)
+    for label in axes.get_xticklabels()[1:]:
+        label.set_color(INK)
     axes.set_xlim(-0.6, len(train) - 0.4)
     axes.grid(visible=False, axis="x")
     axes.set_ylabel(f"RMS of the residual ({shown.symbol})")

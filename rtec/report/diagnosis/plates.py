@@ -38,8 +38,8 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
                 "The staircase",
                 "What is left after each step, everything refitted each time: in training (line) and on "
                 f"readings that took no part in the fit (diamonds; held out {held}). A step that helps in training "
-                "and not held out explains noise; such an effect is taken out again (cross). Below the band of the "
-                "noise floor there is nothing repeatable to explain.",
+                "and not held out explains noise. Below the band of the noise floor there is nothing repeatable to "
+                "explain.",
                 lambda: staircase_figure(d),
             ),
             components,

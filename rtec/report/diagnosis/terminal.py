@@ -78,12 +78,8 @@ def _steps(said: SearchText) -> Table:
     table.add_column("step", no_wrap=True)
     for head in (f"RMS ({said.unit})", "held out", "adjusted p"):
         table.add_column(head, justify="right", no_wrap=True)
-    taken_out = not all(row.added for row in said.steps)
-    if taken_out:
-        table.add_column("why", overflow="fold")
     for row in said.steps:
-        name = Text(row.label, style="" if row.added else "yellow")
-        table.add_row(name, row.train, row.heldout, row.p, *([] if row.added else [Text(row.reason)]))
+        table.add_row(Text(row.label), row.train, row.heldout, row.p)
     return table
 
 

@@ -72,7 +72,6 @@ def step_of(effect: str, rms_train: float, **changes: object) -> Step:
     """Return a step with made-up numbers."""
     fields = {
         "effect": effect,
-        "added": True,
         "params": (),
         "rms_train": rms_train,
         "rms_heldout": 1.05 * rms_train,
@@ -132,14 +131,13 @@ def diagnosis_of(**changes: object) -> Diagnosis:
             step_of("scale", 0.0068, params=scale),
             step_of("backlash", 0.0037, params=backlash),
             step_of("cyclic", 0.00099, params=cyclic),
-            step_of("scale", 0.0010, added=False, reason="held-out error does not rise without it"),
         ),
         "candidates": (
             candidate_of("backlash", accepted=True, predicted_rms=0.0038, achieved_rms=0.0037, p_adjusted=1e-9,
                          params=backlash, tied_with=("windup",), cosine=0.99, reason="named"),
             candidate_of("cyclic", accepted=True, predicted_rms=0.0011, achieved_rms=0.00099, p_adjusted=1e-9,
                          params=cyclic, reason="named"),
-            candidate_of("scale", params=scale, reason="removed again"),
+            candidate_of("scale", params=scale, reason="not needed"),
             candidate_of("drift", p_adjusted=0.2),
         ),
         "noise": noise_of(),
