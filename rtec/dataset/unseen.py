@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects import Conditions
-from rtec.effects._lattice import lattice_step
 from rtec.effects.frequency_grid import ENOUGH_PHASES, phases_seen
 
 _HARMONICS = 6  # of a stated period that are looked at; screws and gears show few more
-_FINE = 0.2  # share of the usual gap: places on a finer grid hide nothing that anyone looks for
+_FINEST_HALVES = 10  # in the usual gap: places on a grid finer than a fifth of it hide nothing that anyone looks for
+_MISSED = 1e-6  # of a step, by which a place may miss its multiple
 _SHIFT = 0.3  # of the hidden period: 0, 0.3 and 0.6 of it are three phases of every harmonic below the tenth
 _VERNIER, _SWEEPS = 23, 6  # targets until they are one old step further, a prime; how often they get there at least
 _SAME = 1e-4  # share by which two periods may differ and be the same
@@ -101,10 +101,14 @@ def _grid(conditions: Conditions) -> float | None:
     """Return the step of the grid on which all targets lie, or None where there is none worth the name."""
     if not _of_targets(conditions):
         return None
-    places = conditions.places
-    usual = float(np.median(np.diff(places)))
-    step = lattice_step(np.round((places - places[0]) / usual, 9))
-    return None if step is None or step < _FINE else float(f"{step * usual:.9g}")
+    away = conditions.places - conditions.places[0]
+    usual = float(np.median(np.diff(away)))
+    for halves in range(2, _FINEST_HALVES + 1):  # a median of gaps is so many halves of the step
+        counts = np.round(halves / 2.0 * away / usual)
+        step = float(counts @ away) / float(counts @ counts)
+        if np.abs(away - counts * step).max() <= _MISSED * step:
+            return float(f"{step:.9g}")
+    return None
 
 
 def _stated(conditions: Conditions) -> list[float]:

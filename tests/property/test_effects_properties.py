@@ -1,4 +1,4 @@
-"""What holds for every plan: invariances that the cards promise, parts of readings, lattices of recorded values."""
+"""What holds for every plan: invariances that the cards promise, parts of readings."""
 
 from dataclasses import replace
 
@@ -8,7 +8,6 @@ from hypothesis import given, settings, strategies as st
 
 from rtec.effects import LIBRARY, BuildUpShape, Conditions, CyclicShape, HeatShape, Shape, effect_named
 from rtec.effects._heat import SensorShape
-from rtec.effects._lattice import lattice_step
 from rtec.effects.gravity import GravityShape
 from rtec.effects.hysteresis import HysteresisShape
 from rtec.effects.lost_counts import StepShape
@@ -175,17 +174,6 @@ def test_contributions_are_linear_in_the_amplitudes(seed, factor):
         scaled = effect.contribution(here, shape, one * factor)
         size = max(1e-300, float(np.abs(scaled).max()))
         assert scaled / size == pytest.approx(effect.contribution(here, shape, one) * factor / size, abs=1e-9)
-
-
-@given(
-    counts=st.lists(st.integers(-30_000, 30_000), min_size=3, max_size=60, unique=True),
-    step=st.floats(1e-5, 1e3),
-)
-@settings(max_examples=200, deadline=None)
-def test_recorded_values_lie_on_the_step_that_is_found(counts, step):
-    divisor = int(np.gcd.reduce(np.array(counts)))
-    found = lattice_step(np.array(counts) * step)
-    assert found == pytest.approx(divisor * step, rel=1e-9)
 
 
 @given(seed=SEEDS, step=st.floats(1e-6, 10.0))

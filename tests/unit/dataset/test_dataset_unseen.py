@@ -33,6 +33,19 @@ def test_a_grid_hides_its_step_and_the_parts_of_it(targets):
     assert seen(targets, 11.0)
 
 
+@pytest.mark.parametrize("parts", [1, 2, 3, 4, 5])
+def test_the_grid_is_that_of_all_targets_also_where_the_file_rounds_them(parts):
+    thirds = 25.4 / 3.0 * np.arange(390)
+    targets = np.sort(np.append(thirds, thirds[7] + 25.4 / 3.0 / parts)) if parts > 1 else thirds
+    assert unseen_periods(at(np.round(targets, 6))) == (f"{25.4 / 3.0 / parts:.6g} mm / k",)
+
+
+def test_one_target_beside_the_grid_breaks_it():
+    targets = GRID.copy()
+    targets[20] += 2e-4
+    assert unseen_periods(at(targets)) == ()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_irregular_targets_hide_nothing(seed):
     targets = np.sort(np.round(np.random.default_rng(seed).uniform(0, 300, 31), 3))

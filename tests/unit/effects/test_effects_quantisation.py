@@ -1,65 +1,13 @@
-"""Steps read off recorded values, and rounding as the recording did it."""
+"""Rounding as a recording does it."""
 
 import numpy as np
 import pytest
 
 from rtec.effects import Conditions, Units
-from rtec.effects._lattice import lattice_step
 from rtec.effects.quantisation import Quantisation, QuantisationShape
 from rtec.errors import ArgumentError
 
 Q = Quantisation()
-
-
-@pytest.mark.parametrize(
-    "values, step",
-    [
-        ([0.012, -0.003, 0.021, 0.009], 0.003),
-        ([0.2, 0.4, 1.0], 0.2),
-        ([10.001, 10.002, 10.004, 9.998], 0.001),
-        ([0.0, 1.0, 2.0, 2.0], 1.0),
-        ([6.0, 10.0, 15.0], 1.0),
-        ([1e-7, 3e-7, 8e-7], 1e-7),
-        ([0.5, 1.5, 2.5, 3.5], 0.5),  # no lattice of 1: zero is not on it
-        ([0.0, 360 / 8192, 720 / 8192 * 3], 360 / 8192),
-        ([1e6, 1e6 + 1, 1e6 + 2], 1.0),
-    ],
-)
-def test_the_largest_step(values, step):
-    assert lattice_step(np.array(values)) == pytest.approx(step, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "values", [[], [1.0], [1.0, 2.0, 1.0, 2.0], [0.0, 0.0], [np.nan, 1.0, 2.0], [np.inf, 0.0, 3.0]]
-)
-def test_less_than_three_values_have_no_step(values):
-    assert lattice_step(np.array(values)) is None
-
-
-def test_values_on_a_continuum_have_no_step():
-    rng = np.random.default_rng(7)
-    for size in (4, 30, 5000):
-        assert lattice_step(rng.normal(size=size)) is None
-        assert lattice_step(rng.normal(size=size) * 1e-9 + 400.0) is None
-
-
-@pytest.mark.parametrize("step, span", [(0.0001, 400.0), (0.001, 0.1), (0.00001, 400.0), (360 / 2**20, 360.0)])
-def test_rounded_noise_gives_its_step(step, span):
-    rng = np.random.default_rng(8)
-    values = np.round(rng.uniform(-span, span, 3000) / step) * step
-    assert lattice_step(values) == pytest.approx(step, rel=1e-9)
-
-
-def test_one_value_beside_the_lattice_breaks_it():
-    values = np.arange(50) * 0.25
-    assert lattice_step(values) == 0.25
-    values[20] += 1e-5
-    assert (lattice_step(values) or 0.0) < 0.25
-
-
-def test_half_a_million_values_are_quick():
-    values = np.round(np.random.default_rng(9).normal(size=500_000), 3)
-    assert lattice_step(values) == 0.001
 
 
 def test_rounding_is_that_of_a_counter():
