@@ -1,18 +1,38 @@
-"""What a finished search comes to: the staircase, every candidate with its reason, the verdict."""
+"""What a finished search comes to: the staircase, every candidate with its reason, the notes, the verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import shifted_targets, unseen_periods
-from rtec.effects import effect_named
-from rtec.inference.answer import EQUAL, LEVEL, Rivalry, rivalries, shared, unchanging
-from rtec.inference.candidates import absent_from, accepted, cosines_of, doubts_of, proposed_beside, settling
+from rtec.effects import LIBRARY, effect_named
+from rtec.inference.answer import (
+    EQUAL,
+    LEVEL,
+    Rivalry,
+    is_given,
+    rivalries,
+    shared,
+    tied_models,
+    unchanging,
+    wrong_signs,
+)
+from rtec.inference.candidates import (
+    absent_from,
+    accepted,
+    cosines_of,
+    doubts_of,
+    minimum_detectable,
+    proposed_beside,
+    settling,
+)
 from rtec.inference.chessboard import HELD_OUT_BY
-from rtec.inference.detectable import minimum_detectable
 from rtec.inference.experiment import (
+    between,
     experiment_for_likely,
     experiment_for_more,
     experiment_for_rivals,
@@ -24,9 +44,9 @@ from rtec.inference.fit import residual_of
 from rtec.inference.gate import IN_DOUBT, generic
 from rtec.inference.leftover import unknown_structure
 from rtec.inference.noise import noise_floor
-from rtec.inference.notes import notes_of, wanders
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
+from rtec.inference.scored import Scored
 from rtec.inference.staircase import in_order, offset_of, steps_of
 
 HARD_TO_SEE = 3.0
@@ -35,6 +55,11 @@ POSSIBLE = 0.3
 """Probability of an effect that was not accepted from which on nothing found means little."""
 LIKELY = 0.1
 """Probability of an effect that was not accepted from which on an experiment should tell it from the others."""
+WANDERS = 16.0
+"""Readings over which noise is correlated, from which on it may as well be an unknown effect in time."""
+MOSTLY_WHITE = 0.9
+"""Share of the noise's variance that is white, from which on the slow rest is of no account."""
+_AT_BOUND = 0.01
 _COMPARED = {True: "means over repeats", False: "means of both directions"}
 
 
@@ -151,3 +176,74 @@ def _experiment(
     if len(likely) > 1 and (between := experiment_for_likely(likely)) is not None:
         return between
     return experiment_for_more(found.dataset, not_testable, minimum, shifted_targets(found.dataset.coordinates))
+
+
+def wanders(model: Scored) -> bool:
+    """Return whether a good part of the noise is slow."""
+    return model.colour.length > WANDERS and model.colour.white < MOSTLY_WHITE
+
+
+def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
+    """Return the sentences that stand below an answer."""
+    notes = list(dict.fromkeys(found.dataset.notes))
+    if found.heldout is not None:
+        notes += [f"{found.heldout.source}: {note}" for note in found.heldout.notes if note not in notes]
+    if found.outliers:
+        rows = ", ".join(str(one.row) for one in found.outliers[:8])
+        more = f" and {len(found.outliers) - 8} more" if len(found.outliers) > 8 else ""
+        notes.append(f"left out as outliers, far from their neighbours: readings {rows}{more}")
+    notes += [
+        f"{name} would explain much if its amplitude could be negative: is the sign of {found.dataset.observe} "
+        "opposite to that of the motion?"
+        for name in wrong_signs(found.scout, found.scouted)
+    ]
+    notes += _at_bounds(found)
+    notes += _limits(found)
+    colour = found.model.colour
+    if not floor.from_repeats:
+        notes.append("no condition was repeated: there is no noise floor to judge the residual by")
+    elif wanders(found.model):
+        notes.append(
+            f"the differences between repeats are correlated over about {colour.length:.0f} readings: they count as "
+            "noise, but may be an unknown effect in time"
+        )
+    if not found.searched:
+        notes.append("no search was made: the other effects are only ranked; rtec diagnose searches on from here")
+    known = {e.name for e in LIBRARY}
+    notes += [
+        f"{name} was tried and not accepted: {why}"
+        for name, why in found.search.gate.refused.items()
+        if name in known and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
+    ]
+    return tuple(notes)
+
+
+def _limits(found: Finding) -> list[str]:
+    """Return a sentence for each accepted effect that may as well be another one near its limit."""
+    return [
+        f"{rival.name} explains the readings as well as {effect.name}, which is its limit; to tell them apart, "
+        f"{between(effect, rival)}"
+        for effect, _ in found.scouted.choices
+        for rival, _ in tied_models(found.scout, found.scouted, effect.name, limits=True)
+    ]
+
+
+def _at_bounds(found: Finding) -> list[str]:
+    """Return a sentence for each shape parameter that lies at the end of what was searched."""
+    notes = []
+    space = found.search.space
+    for effect, shape in found.model.choices:
+        if effect.is_wave or is_given(found.search, effect.name):
+            continue
+        for tunable in effect.tunables(space.dataset.conditions, shape):
+            value = float(getattr(shape, tunable.name))
+            every = [float(getattr(s, tunable.name)) for s in space.shapes(effect)[0]]
+            if not every or max(every) == min(every):
+                continue
+            end = "longest" if value >= max(every) * (1.0 - _AT_BOUND) else "shortest"
+            if end == "longest" or value <= min(every) * (1.0 + _AT_BOUND):
+                what = tunable.name.replace("_", " ")
+                notes.append(
+                    f"{effect.name}: its {what} is at the {end} that was searched; the true value may lie beyond"
+                )
+    return notes

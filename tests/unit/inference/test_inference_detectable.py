@@ -7,8 +7,8 @@ import pytest
 from inference_oracle import SIGMA, covariance, measured, one_chain, whitened
 
 from rtec.effects import Shape, effect_named
+from rtec.inference.candidates import ERRORS, IN_TIME, minimum_detectable
 from rtec.inference.colour import Colour
-from rtec.inference.detectable import ERRORS, IN_TIME, minimum_detectable
 from rtec.inference.diagnose import diagnose
 from rtec.inference.gate import WORTH
 from rtec.inference.probes import Probe

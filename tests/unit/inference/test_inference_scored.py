@@ -75,10 +75,10 @@ def test_the_likeliest_noise_and_scales_are_those_of_all(rho, seed):
 
 def test_a_long_measurement_weighs_only_the_colours_that_count(monkeypatch):
     data = measured(TILTED, runs=4, targets=16, rho=0.9, white=0.3)
-    monkeypatch.setattr("rtec.inference.colour_search.EVERY_COLOUR", data.rows)
+    monkeypatch.setattr("rtec.inference.scored.EVERY_COLOUR", data.rows)
     every = judge_of(data).score(BOTH)
     assert len(every.colours) == len(COLOURS)
-    monkeypatch.setattr("rtec.inference.colour_search.EVERY_COLOUR", data.rows - 2)
+    monkeypatch.setattr("rtec.inference.scored.EVERY_COLOUR", data.rows - 2)
     some = judge_of(data).score(BOTH)
     assert len(some.colours) < 0.8 * len(COLOURS)
     assert some.score == pytest.approx(every.score, abs=0.15)
