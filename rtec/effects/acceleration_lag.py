@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
+from rtec.effects.protocol import Effect, Over, Per, Shape
 
 
 class AccelerationLag(Effect):
@@ -24,16 +24,11 @@ class AccelerationLag(Effect):
     """
 
     name = "acceleration_lag"
+    amplitude = "lag"
+    amplitude_per = Per.DELAY_SQUARED
     over = Over.ACCELERATION
     data_checks = (no_acceleration,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, negative, shape (rows, 1)."""
         return -self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the lag in ms^2 where position is explained."""
-        if units.observed == units.position:
-            return (Amplitude("lag", "ms^2", 1e6),)
-        unit, factor = units.shown
-        return (Amplitude("lag", f"{unit}/({units.speed}^2)", factor),)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
+from rtec.effects.protocol import Effect, Over, Per, Shape
 
 
 class Drift(Effect):
@@ -23,6 +23,8 @@ class Drift(Effect):
     """
 
     name = "drift"
+    amplitude = "rate"
+    amplitude_per = Per.CLOCK
     over = Over.TIME
     in_time = True
 
@@ -33,10 +35,3 @@ class Drift(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the clock, shape (rows, 1)."""
         return conditions.clock[:, None].astype(float)
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the rate, an hour or a reading."""
-        unit, factor = units.shown
-        if units.clock == "s":
-            return (Amplitude("rate", f"{unit}/h", 3600.0 * factor),)
-        return (Amplitude("rate", f"{unit}/{units.clock}", factor),)

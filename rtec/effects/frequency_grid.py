@@ -170,16 +170,14 @@ def _visited(conditions: Conditions) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[np.float64]:
+def stated_periods(conditions: Conditions) -> NDArray[np.float64]:
     """Return the periods that the file states and whole fractions of them, as far as the positions show them.
 
     Parameters
     ----------
     conditions
-        The screw's pitch and the turn of a rotary axis are stated periods.
-    parts
-        Fractions of a pitch, down to 1 / parts; of a turn as many as the positions resolve, at most 1 / 400; none for
-        less than three quarters of a turn.
+        The screw's pitch and the turn of a rotary axis are stated periods. Fractions of a pitch count down to 1 / 5;
+        of a turn as many as the positions resolve, at most 1 / 400; none for less than three quarters of a turn.
 
     Returns
     -------
@@ -194,7 +192,7 @@ def stated_periods(conditions: Conditions, parts: int = MOST_PARTS) -> NDArray[n
     places = conditions.places
     if places.size > MOST_PLACES:  # drawn: at equal steps a period of four readings would be seen twice
         places = np.sort(np.random.default_rng(0).choice(places, MOST_PLACES, replace=False))
-    for stated, most in ((conditions.screw_pitch, parts), (conditions.revolution, _parts_of_a_turn(conditions))):
+    for stated, most in ((conditions.screw_pitch, MOST_PARTS), (conditions.revolution, _parts_of_a_turn(conditions))):
         if stated is None:
             continue
         for part in range(1, most + 1):

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.protocol import Amplitude, Shape, Units
+from rtec.effects.protocol import Per, Shape
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
@@ -33,6 +33,7 @@ class LoadFriction(Coulomb):
     """
 
     name = "load_friction"
+    amplitude_per = Per.LOAD
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show friction by load, or None."""
@@ -47,8 +48,3 @@ class LoadFriction(Coulomb):
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""
         return super().scan(conditions, shapes) * self._needed(conditions.load, "a load column")
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the friction for each unit of load."""
-        unit, factor = units.shown
-        return (Amplitude("load_friction", f"{unit}/{units.load or 'load'}", factor),)

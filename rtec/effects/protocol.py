@@ -99,9 +99,16 @@ class Per(enum.Enum):
     SPEED = enum.auto()
     ACCELERATION = enum.auto()
     KELVIN = enum.auto()
+    DELAY = enum.auto()
+    """Of what goes with a speed: a time where positions are explained."""
+    DELAY_SQUARED = enum.auto()
+    """Of what goes with an acceleration."""
+    CLOCK = enum.auto()
+    LOAD = enum.auto()
 
 
 _OF_LINEAR_AXES = {("mm", Per.LENGTH): ("um/m", 1e6), ("n", Per.ACCELERATION): ("kg", 1e3)}
+_OF_POSITIONS = {Per.DELAY: ("ms", 1e3), Per.DELAY_SQUARED: ("ms^2", 1e6)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,12 +142,18 @@ class Units:
         linear = self.position == "mm"
         if linear and (self.observed, quantity) in _OF_LINEAR_AXES:
             return _OF_LINEAR_AXES[self.observed, quantity]
+        if self.observed == self.position and quantity in _OF_POSITIONS:
+            return _OF_POSITIONS[quantity]
         below, scale = {
             Per.NOTHING: ("", 1.0),
             Per.LENGTH: (f"/{self.position}", 1.0),
             Per.SPEED: ("/(m/s)", 1e3) if linear else (f"/({self.speed})", 1.0),
             Per.ACCELERATION: ("/(m/s^2)", 1e3) if linear else (f"/({self.position}/s^2)", 1.0),
             Per.KELVIN: ("/K", 1.0),
+            Per.DELAY: (f"/({self.speed})", 1.0),
+            Per.DELAY_SQUARED: (f"/({self.speed}^2)", 1.0),
+            Per.CLOCK: ("/h", 3600.0) if self.clock == "s" else (f"/{self.clock}", 1.0),
+            Per.LOAD: (f"/{self.load or 'load'}", 1.0),
         }[quantity]
         unit, factor = self.shown
         return unit + below, scale * factor

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units
+from rtec.effects.protocol import Effect, Over, Per, Shape
 
 
 class ServoLag(Effect):
@@ -24,16 +24,11 @@ class ServoLag(Effect):
     """
 
     name = "servo_lag"
+    amplitude = "lag"
+    amplitude_per = Per.DELAY
     over = Over.VELOCITY
     data_checks = (no_speed,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the velocity, negative, shape (rows, 1)."""
         return -self._needed(conditions.velocity, "a velocity or feed column")[:, None]
-
-    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the lag in ms where position is explained."""
-        if units.observed == units.position:
-            return (Amplitude("lag", "ms", 1e3),)
-        unit, factor = units.shown
-        return (Amplitude("lag", f"{unit}/({units.speed})", factor),)

@@ -216,20 +216,18 @@ def judged(row: Row, fitted: Fitted, parts: Parts, train_s: float) -> Row:
     )
 
 
-def conformal_mm(off_mm: np.ndarray, share: float = COVERED) -> float:
-    """Return the half width of the interval that holds a share of new readings (split-conformal).
+def conformal_mm(off_mm: np.ndarray) -> float:
+    """Return the half width of the interval that holds 90 % of new readings on average (split-conformal).
 
     Parameters
     ----------
     off_mm
-        What readings that took no part in the fit are off, in mm, shape (n,).
-    share
-        Of new readings, drawn as these were, that lie within on average.
+        What readings that took no part in the fit are off, in mm, shape (n,); new ones are drawn as these were.
 
     Returns
     -------
     float
-        The ``ceil((n + 1) share)``-th of the absolute values; infinite where there are fewer than that.
+        The ``ceil(0.9 (n + 1))``-th of the absolute values; infinite where there are fewer than that.
 
     References
     ----------
@@ -240,7 +238,7 @@ def conformal_mm(off_mm: np.ndarray, share: float = COVERED) -> float:
     >>> conformal_mm(np.arange(-9.0, 10.0)), conformal_mm(np.array([1.0, 2.0]))
     (9.0, inf)
     """
-    rank = math.ceil((off_mm.size + 1) * share - 1e-9)
+    rank = math.ceil((off_mm.size + 1) * COVERED - 1e-9)
     return math.inf if rank > off_mm.size else float(np.sort(np.abs(off_mm))[rank - 1])
 
 

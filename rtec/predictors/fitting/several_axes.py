@@ -181,15 +181,15 @@ def _parts(means: Samples, geometry: Geometry) -> Iterator[_Part]:
     for way in ways:
         points = _points(means.position_mm, MOST_OWN)
         weights = _hats(points, means.position_mm) * (means.direction == way)[:, np.newaxis]
-        table = _empty("position", points, direction=int(way) if ways.size > 1 else 0)
+        one_way = int(way) if ways.size > 1 else 0
+        table = AxisTable(of="position", positions_mm=points, values=np.zeros(points.size), direction=one_way)
         yield _Part(table=table, weights=weights, basis=np.eye(points.size))
     for axis, x in means.others_mm.items():
         points = _points(x, MOST_OTHERS)
         if geometry is Geometry.SQUARENESS:
             points = points[[0, -1]]
-        yield _Part(
-            table=_empty(axis_name(axis), points), weights=_hats(points, x), basis=_about_zero(points), axis=axis
-        )
+        table = AxisTable(of=axis_name(axis), positions_mm=points, values=np.zeros(points.size))
+        yield _Part(table=table, weights=_hats(points, x), basis=_about_zero(points), axis=axis)
     if geometry is not Geometry.ANGLES:
         return
     for arm, out in places.items():
@@ -197,7 +197,8 @@ def _parts(means: Samples, geometry: Geometry) -> Iterator[_Part]:
             if arm not in ("position", of):  # an angle does not act along the measured axis itself
                 points, reach = _points(x, MOST_OTHERS), (float(out.min()), float(out.max()))
                 weights = _hats(points, x) * (out - 0.5 * sum(reach))[:, np.newaxis]
-                table = _empty(of, points, arm=arm, arm_mm=reach)
+                none = np.zeros(points.size)
+                table = AxisTable(of=of, positions_mm=points, values=none, arm=arm, arm_mm=reach)
                 yield _Part(table=table, weights=weights, basis=_about_zero(points))
 
 
@@ -208,18 +209,6 @@ def _about_zero(points: Floats) -> Floats:
     """
     basis: Floats = null_space(np.ones((1, points.size)))
     return basis
-
-
-def _empty(
-    of: str,
-    points: Floats,
-    *,
-    direction: int = 0,
-    arm: str | None = None,
-    arm_mm: tuple[float, float] = (0.0, 1.0),
-) -> AxisTable:
-    values = np.zeros(points.size)
-    return AxisTable(of=of, positions_mm=points, values=values, direction=direction, arm=arm, arm_mm=arm_mm)
 
 
 def _points(x: Floats, most: int) -> Floats:

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -188,25 +189,22 @@ def train(
     elsewhere = tuple(axis_name(axis) for axis in seen.others_mm)
     span = seen.span_mm
     pitch = 1.0 if pitch_mm is None else pitch_mm
+    fitted = partial(_trained, effort=effort, span_mm=span, pitch_mm=pitch, tell=tell)
+    inputs = ("position", WAY, *elsewhere)
     if not design.within_turn:
-        inputs = ("position", WAY, *elsewhere) if pitch_mm is None else ("position", WAY, *elsewhere, TURN)
-        network, course = _trained(inputs, design.hidden, averages, others, effort, span, pitch, limit, tell)
-        return Trained(
-            predictor=TrainedNetworks(networks=(network,), range_mm=span, pitch_mm=pitch), courses=(course,)
-        )
+        inputs += () if pitch_mm is None else (TURN,)
+        network, course = fitted(inputs, design.hidden, averages, others, limit)
+        alone = TrainedNetworks(networks=(network,), range_mm=span, pitch_mm=pitch)
+        return Trained(predictor=alone, courses=(course,))
     if pitch_mm is None:
         raise ArgumentError("screw_pitch", "nothing", "the travel of a turn", "--screw-pitch states it")
     means = means_over_turns(averages, pitch)
     fifth = np.arange(means.rows) % 5 == 2
-    inputs = ("position", WAY, *elsewhere)
     early = limit.first(FIRST_SHARE)
-    wide, first = _trained(
-        inputs, design.hidden, means.take(~fifth), means.take(fifth), effort, span, pitch, early, tell
-    )
+    wide, first = fitted(inputs, design.hidden, means.take(~fifth), means.take(fifth), early)
     alone = TrainedNetworks(networks=(wide,), range_mm=span, pitch_mm=pitch)
     left, left_over = (part.with_error(part.left_by(alone)) for part in (averages, others))
-    inputs = (TURN, WAY)
-    fine, second = _trained(inputs, (design.within_turn,), left, left_over, effort, span, pitch, limit, tell)
+    fine, second = fitted((TURN, WAY), (design.within_turn,), left, left_over, limit)
     both = TrainedNetworks(networks=(wide, fine), range_mm=span, pitch_mm=pitch)
     return Trained(predictor=both, courses=(first, second))
 
@@ -216,10 +214,11 @@ def _trained(
     hidden: tuple[int, ...],
     seen: Samples,
     unseen: Samples,
+    limit: Limit,
+    *,
     effort: Effort,
     span_mm: tuple[float, float],
     pitch_mm: float,
-    limit: Limit,
     tell: Callable[[float], None],
 ) -> tuple[LayeredNetwork, Course]:
     ends = {"position": span_mm, WAY: (0.0, 1.0), TURN: (0.0, pitch_mm)}
