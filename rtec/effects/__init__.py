@@ -5,6 +5,7 @@ write a file like ``backlash.py``, put the effect in ``library.py``, and write i
 """
 
 from rtec.effects._build_up import BuildUpShape
+from rtec.effects._harmonics import WavesShape
 from rtec.effects._heat import HeatShape
 from rtec.effects.cards import Card
 from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_reversal
@@ -32,6 +33,7 @@ __all__ = [
     "Rival",
     "Shape",
     "Units",
+    "WavesShape",
     "distance_since_reversal",
     "effect_named",
 ]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Conditions, Effect, Floats, Shape, Units
+from rtec.effects import Conditions, Effect, Floats, Shape, Units, WavesShape
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +51,12 @@ class Term:
     @property
     def period(self) -> float | None:
         """Period of a periodic effect, in position units; None of another one, and where a fit has to find it."""
-        period = getattr(self.shape, "period", None)
-        return float(period) if isinstance(period, float) and math.isfinite(period) and period > 0 else None
+        return self.shape.period if isinstance(self.shape, WavesShape) else None
+
+    @property
+    def harmonics(self) -> int:
+        """Waves in a period, 1 of an effect that is not periodic."""
+        return self.shape.harmonics if isinstance(self.shape, WavesShape) else 1
 
     def contribution(self, conditions: Conditions) -> Floats:
         """Return what the term adds, shape (rows,), in the observed unit inside; a ValueError if it is not fitted."""

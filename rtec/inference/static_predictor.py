@@ -13,7 +13,7 @@ import numpy as np
 
 from rtec.effects import Conditions, Floats, Units
 from rtec.errors import ArgumentError
-from rtec.inference.model import Model, Term
+from rtec.inference.model import Model
 from rtec.inference.model_file import read_model
 from rtec.io import read_toml
 from rtec.predictors import (
@@ -153,7 +153,7 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     ([0.04, -0.04], ())
     """
     span = high_mm - low_mm
-    waves = {term: _wave_mm(term) for term in model.terms}
+    waves = {term: np.inf if term.period is None else term.period / term.harmonics for term in model.terms}
     fine = [term for term, wave in waves.items() if wave * MOST_POINTS < FEWEST_POINTS_A_WAVE * span]
     shortest = min((wave for term, wave in waves.items() if term not in fine), default=span)
     points = min(max(round(span / shortest * POINTS_A_WAVE), FEWEST_POINTS), MOST_POINTS)
@@ -163,11 +163,6 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     table = BidirectionalTable.on_grid(grid, forward_mm, reverse_mm)
     too_fine = [LeftOut(effect=term.name, why=f"its waves of {waves[term]:.3g} mm are too short") for term in fine]
     return table, (*left_out, *too_fine)
-
-
-def _wave_mm(term: Term) -> float:
-    """Return the length of the shortest wave of an effect; infinity where it has none."""
-    return np.inf if term.period is None else term.period / int(getattr(term.shape, "harmonics", 1))
 
 
 def axis_of_file(path: Path) -> int | None:

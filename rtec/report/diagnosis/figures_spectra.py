@@ -129,7 +129,7 @@ def _found_lines(model: Model, unit: str) -> tuple[tuple[float, str], ...]:
     terms = [(term, period) for term in model.terms if term.fitted and (period := term.period) is not None]
     lines = [(1 / period, f"{rounded(period, 4)} {unit}") for _, period in terms]
     for term, period in terms:
-        for h in range(2, int(getattr(term.shape, "harmonics", 1)) + 1):
+        for h in range(2, term.harmonics + 1):
             lines.append((h / period, f"{h}×" if len(terms) == 1 else ""))
     return tuple(lines)
 
