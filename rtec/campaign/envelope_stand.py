@@ -34,27 +34,18 @@ _LEAST_PS = 1_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """Transitions of the encoder, counted from one of them or from a beginning.
-
-    Parameters
-    ----------
-    times_ps
-        Strictly increasing.
-    direction
-        +1 or -1.
-    ask_at
-        Index of the transition at which the PC asks; -1 where it has asked before.
-    total
-        Steps asked for.
-    large
-        Whether it says Large Correction.
-    """
+    """Transitions of the encoder, counted from one of them or from a beginning."""
 
     times_ps: Longs
+    """Strictly increasing."""
     direction: int
+    """+1 or -1."""
     total: int
+    """Steps asked for."""
     ask_at: int = -1
+    """Index of the transition at which the PC asks; -1 where it has asked before."""
     large: bool = False
+    """Whether it says Large Correction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -41,46 +41,32 @@ class Executed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """The lines and pins around an insertion.
-
-    Parameters
-    ----------
-    title
-        What is seen.
-    encoder, controller
-        Edges on both sides of the box.
-    requested, completed
-        Totals of steps; the second as the check has seen it in the words to the PC.
-    insertions_ps
-        First and last change of the drive pins in each insertion.
-    pin_times_ps, pin_levels
-        Changes of port 1: the time at the pin, the byte from then on.
-    initial_pins
-        Port 1 before the first change.
-    from_ps, to_ps
-        The part that matters.
-    zero_ps
-        The encoder's edge before the first change of a drive pin, or the change itself at rest.
-    mark_ps
-        The moment that failed, or None.
-    cycle_ps
-        Length of a cycle.
-    """
+    """The lines and pins around an insertion."""
 
     title: str
+    """What is seen."""
     encoder: EdgeStream
     controller: EdgeStream
+    """``encoder``, ``controller``: edges on both sides of the box."""
     requested: Totals
     completed: Totals
+    """``requested``, ``completed``: totals of steps; the second as the check has seen it in the words to the PC."""
     insertions_ps: tuple[tuple[int, int], ...]
+    """First and last change of the drive pins in each insertion."""
     pin_times_ps: NDArray[np.int64]
     pin_levels: NDArray[np.int64]
+    """``pin_times_ps``, ``pin_levels``: changes of port 1: the time at the pin, the byte from then on."""
     initial_pins: int
+    """Port 1 before the first change."""
     from_ps: int
     to_ps: int
+    """``from_ps``, ``to_ps``: the part that matters."""
     zero_ps: int
+    """The encoder's edge before the first change of a drive pin, or the change itself at rest."""
     mark_ps: int | None
+    """The moment that failed, or None."""
     cycle_ps: float
+    """Length of a cycle."""
 
     def write(self, file: Path) -> None:
         """Write both sides of the box, totals, insertions and the pins of port 1, in time since power-up.
@@ -112,30 +98,20 @@ class Trace:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """One point of the contract.
-
-    Parameters
-    ----------
-    name
-        The point, in one or two words.
-    passed
-        None where it could not be tried, as the box does not answer.
-    detail
-        What was seen.
-    moment
-        Where it failed.
-    executed
-        The instructions up to there.
-    stream
-        The run of edges and requests that fails, where it is one, as `rtec.conformance.streams.Stream` reads it.
-    """
+    """One point of the contract."""
 
     name: str
+    """The point, in one or two words."""
     passed: bool | None
+    """None where it could not be tried, as the box does not answer."""
     detail: str
+    """What was seen."""
     moment: Moment | None = None
+    """Where it failed."""
     executed: tuple[Executed, ...] = ()
+    """The instructions up to there."""
     stream: str | None = None
+    """The run of edges and requests that fails, where it is one, as `rtec.conformance.streams.Stream` reads it."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain data."""

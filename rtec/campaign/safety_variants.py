@@ -34,31 +34,21 @@ class From(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variant:
-    """A class of faults with its place and its length.
-
-    Parameters
-    ----------
-    kind, where
-        Class and place.
-    how
-        In words: once, for how long, for good.
-    frames
-        Frames that it affects; 0 for all while it lasts.
-    lasts_ps
-        How long it lasts; 0 for good.
-    delay_ps
-        Delay of frames, or jump of the clock.
-    window
-        Of a masquerading request: +1 within the box's window, -1 beyond it, 0 either.
-    """
+    """A class of faults with its place and its length."""
 
     kind: FaultKind
     where: From
+    """``kind``, ``where``: class and place."""
     how: str
+    """In words: once, for how long, for good."""
     frames: int = 0
+    """Frames that it affects; 0 for all while it lasts."""
     lasts_ps: int = 0
+    """How long it lasts; 0 for good."""
     delay_ps: int = 0
+    """Delay of frames, or jump of the clock."""
     window: int = 0
+    """Of a masquerading request: +1 within the box's window, -1 beyond it, 0 either."""
 
     @property
     def name(self) -> str:

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, print_json
+from rtec.cli._console import announce_compilation, note, print_json, progress
 from rtec.cli._groups import verbs_under
-from rtec.cli._parameters import force, needs, option, whole, written
+from rtec.cli._parameters import apart, force, needs, option, whole, written
 from rtec.cli._words import EFFECTS, PLANS, completing
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, OutputError
 
 if TYPE_CHECKING:
+    from rtec.blind.confusion import Confusion
+    from rtec.blind.guess import Points
     from rtec.blind.hidden import Secret
     from rtec.blind.scenario import Scenario
+    from rtec.blind.scored import LineScore
+
+
+_MISSED = 1
+_TRIALS = 20
+_PATIENCE = 4
+"""Times the trials that are played at most until so many count."""
 
 
 def frame() -> None:
@@ -140,10 +150,213 @@ def reveal(
         _show_secret(secret)
 
 
+def guess(
+    data: Path = typer.Argument(..., help="A measurement of 'new' or 'measure'.", show_default=False),
+    effects: list[str] = typer.Argument(
+        ...,
+        metavar="EFFECT[=SIZE]...",
+        help="What is hidden, and how much of it, as backlash='12 um' or backlash='12 +- 0.5 um'; 'unknown' for "
+        "what no effect is, or 'nothing'.",
+        show_default=False,
+        autocompletion=completing(("nothing", "unknown", *EFFECTS)),
+    ),
+    by: str = option("--by", "NAME", "Whose answer it is, for a class.", default=""),
+    json: bool = _measured.JSON,
+) -> None:
+    """Score an answer against the seal, and keep it with the game: which effects are right, missed and wrong.
+
+    2 points for a right name, 1 for its size within 10 % or within the uncertainty that is stated, -1 for a wrong
+    name. The answer is kept in DATA.answers, sealed against later change; 'rtec blind score DATA' shows all of them.
+    Exit code 1: the answer does not name all that is hidden, or more.
+
+    Example: rtec blind guess data.csv backlash cyclic
+    Example: rtec blind guess data.csv 'backlash=12 +- 0.5 um' 'drift=20 um/h' --by Ada
+    Example: rtec blind guess data.csv nothing --json
+    """
+    from rtec.blind.guess import guessed, points_of, read_answer, total_of
+    from rtec.blind.kept_answers import KeptAnswer, answers_path, keep
+    from rtec.blind.sealing import reveal
+
+    answer = read_answer(effects)
+    if len(by) > 80 or not by.isprintable():
+        raise ArgumentError("--by", repr(by[:60]), "a name of at most 80 printable letters")
+    secret = reveal(data)
+    found, points = guessed(secret, list(answer)), points_of(secret, answer)
+    kept: Path | None = answers_path(data)
+    try:
+        number = keep(
+            data, KeptAnswer(by=by, at=datetime.now(UTC).isoformat(timespec="seconds"), words=tuple(effects))
+        )
+    except OutputError as error:  # a teacher's folder that nobody else may write into
+        kept, number = None, 0
+        note(f"not kept: {error}")
+    reached, most = total_of(points)
+    if json:
+        lists = {"right": list(found.right), "missed": list(found.missed), "wrong": list(found.wrong)}
+        document = {"data": str(data), "solved": found.solved, **lists, "points": reached, "most_points": most}
+        more = {"reasons": _reasons(points), "kept": kept and str(kept), "by": by, "number": number or None}
+        print_json(document | more)
+    else:
+        typer.echo("Solved." if found.solved else "Not solved.")
+        for heading, names in (("Right", found.right), ("Missed", found.missed), ("Wrong", found.wrong)):
+            if names:
+                typer.echo(f"{heading}: {', '.join(names)}")
+        typer.echo(f"Points: {reached} of {most}")
+        for reason in _reasons(points):
+            typer.echo(f"  {reason}")
+        if kept is not None:
+            typer.echo(f"Kept: answer {number} in {kept}")
+    raise typer.Exit(0 if found.solved else _MISSED)
+
+
+def _reasons(points: tuple[Points, ...]) -> list[str]:
+    return [f"{one.points} of {one.most}: {one.name} {one.why}" for one in points]
+
+
+def score(
+    data: list[Path] | None = typer.Argument(
+        None, metavar="[DATA]...", help="Games whose answers to show; the diagnosis plays without."
+    ),
+    trials: int | None = whole("--trials", f"Games on each line; {_TRIALS} without it.", low=1, high=100_000),
+    output: Path | None = written("-o --output", "FILE.md", "Write the table, with all matrices."),
+    force: bool = force("Write over a file that exists."),
+    seed: int | None = whole("--seed", "Of all games; 0 without it.", low=0, high=1 << 32),
+    jobs: int | None = whole(
+        "--jobs", "Games played at the same time, 1 without it; the result is the same.", low=1, high=64
+    ),
+    json: bool = _measured.JSON,
+) -> None:
+    """Show the answers that people gave to games; or let the diagnosis play many, and print how often it is right.
+
+    Of each person the first answer counts. Where games of the diagnosis are too weak to count, others are played in
+    their place. Exit code 1: a share of right answers of the diagnosis lies below its bar.
+
+    Example: rtec blind score --trials 200 --jobs 2 -o confusion.md
+    Example: rtec blind score data.csv
+    Example: rtec blind score monday.csv tuesday.csv --json
+    """
+    if data:
+        for name, value in (("--trials", trials), ("-o", output), ("--seed", seed), ("--jobs", jobs)):
+            if value is not None:
+                raise apart(name, "the data of a game", "it is for the diagnosis")
+        _show_answers(data, json)
+        return
+    from rtec.blind.confusion import confusion
+    from rtec.blind.judged import judged, refitted
+    from rtec.blind.lines import the_lines
+    from rtec.io import write_lines
+
+    announce_compilation()
+    with progress("games") as show:
+        result = confusion(
+            the_lines(),
+            _TRIALS if trials is None else trials,
+            judged,
+            seed or 0,
+            lambda _, share: show(share),
+            refit=refitted,
+            workers=jobs or 1,
+            patience=_PATIENCE,
+        )
+    if output is not None:
+        write_lines(output, result.as_markdown().splitlines())
+    if json:
+        print_json(_document(result) | ({} if output is None else {"table": str(output)}))
+    else:
+        typer.echo(result.as_markdown(), nl=False)
+    reached = all(line.reached for line in result.scores) and all(pool.reached for pool in result.pools)
+    raise typer.Exit(0 if reached else _MISSED)
+
+
+def _show_answers(games: list[Path], as_json: bool) -> None:
+    found: list[dict[str, Any]] = [{"data": str(data), "answers": _answers(data)} for data in games]
+    if as_json:
+        print_json({"games": found})
+        return
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for data, game in zip(games, found, strict=True):
+        if not game["answers"]:
+            console.print(f"{data}: no answers yet", markup=False)
+            continue
+        table = Table(title=Text(str(data)), title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
+        for heading in ("by", "points", "answer", "why"):
+            table.add_column(heading)
+        for one in game["answers"]:
+            points = f"{one['points']} of {one['most_points']}"
+            counts = points if one["counts"] else f"({points})"
+            table.add_row(
+                Text(one["by"] or "-"), counts, Text("\n".join(one["answer"])), Text("\n".join(one["reasons"]))
+            )
+        console.print(table)
+    console.print("(points): a later answer of the same person, which does not count.")
+
+
+def _answers(data: Path) -> list[dict[str, Any]]:
+    """Return the answers to a game as plain data; of each person the first one counts."""
+    from rtec.blind.guess import guessed, points_of, read_answer, total_of
+    from rtec.blind.kept_answers import read_answers
+    from rtec.blind.sealing import reveal
+
+    secret = reveal(data)
+    rows: list[dict[str, Any]] = []
+    for number, kept in enumerate(read_answers(data), start=1):
+        answer = read_answer(kept.words)
+        points = points_of(secret, answer)
+        reached, most = total_of(points)
+        rows.append(
+            {
+                "number": number,
+                "by": kept.by,
+                "at": kept.at,
+                "answer": list(kept.words),
+                "solved": guessed(secret, list(answer)).solved,
+                "points": reached,
+                "most_points": most,
+                "counts": not kept.by or all(row["by"] != kept.by for row in rows),
+                "reasons": _reasons(points),
+            }
+        )
+    return rows
+
+
+def _document(result: Confusion) -> dict[str, object]:
+    return {"trials": result.trials, "seed": result.seed, "lines": [_line_document(line) for line in result.scores]}
+
+
+def _line_document(scored: LineScore) -> dict[str, object]:
+    return {
+        "title": scored.line.title,
+        "right_is": scored.line.rule.value,
+        "bar": scored.line.share,
+        "right": scored.right,
+        "trials": scored.trials,
+        "left_out": scored.left_out,
+        "share": scored.share,
+        "wilson_95": scored.interval,
+        "reached": scored.reached,
+        "confusion": [{"hidden": hidden, "answered": said, "count": count} for hidden, said, count in scored.cells],
+        "games": [
+            {
+                "trial": game.trial,
+                "seed": game.seed,
+                "plan": game.plan,
+                "hidden": game.hidden,
+                "answered": game.said,
+                "right": game.right,
+                "effects": game.effects,
+            }
+            for game in scored.games
+        ],
+    }
+
+
 def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
     """Return the verbs of the game as one."""
-    from rtec.cli.blind_answers import guess, score
-
     return verbs_under(frame, {verb.__name__: verb for verb in (new, measure, guess, reveal, score)}, group)
 
 

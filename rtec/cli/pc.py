@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,15 +107,10 @@ def pc(
         completion_timeout_ps=completion_timeout_ps,
         limit_mm=limit_mm,
     )
-    node = _NodeOptions(
-        design=design,
-        count_mm=count_mm,
-        home_mm=home_mm,
-        handshake=HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps),
-        supervision=supervision,
-    )
+    handshake = HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps)
+    nodes_from = partial(_nodes, predictors, design, handshake, supervision, count_mm=count_mm, home_mm=home_mm)
     announce_compilation()
-    for each in _nodes(predictors, node, at_ps=0):
+    for each in nodes_from(at_ps=0):
         _warm_up(each)
     events = Events(_live.event_printer(as_json))
     with ExitStack() as stack:
@@ -126,7 +121,7 @@ def pc(
         stop = stack.enter_context(StopWish())
         view = stack.enter_context(_live.screen(events, _live.stream_of(as_json), draws=not (plain or as_json)))
         stack.enter_context(quiet_collector())
-        nodes = _nodes(predictors, node, at_ps=transport.now_ps())
+        nodes = nodes_from(at_ps=transport.now_ps())
         for each in nodes:
             each.probe(probe)
             if large:
@@ -235,37 +230,35 @@ def _listed(numbers: list[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _NodeOptions:
-    """What all nodes of the PC have in common."""
-
-    design: Design
-    count_mm: float
-    home_mm: float
-    handshake: HandshakeSettings
-    supervision: SupervisionLimits
-
-
-def _nodes(predictors: dict[int, Predictor], options: _NodeOptions, *, at_ps: int) -> list[PcNode]:
+def _nodes(
+    predictors: dict[int, Predictor],
+    design: Design,
+    handshake: HandshakeSettings,
+    supervision: SupervisionLimits,
+    *,
+    count_mm: float,
+    home_mm: float,
+    at_ps: int,
+) -> list[PcNode]:
     from rtec.requester.pc_node import PcNode
     from rtec.requester.setup import Setup
 
-    period_ps, step_counts = options.handshake.pc_period_ps, options.design.step_counts
-    setup = Setup(design=options.design.key, step_mm=step_counts * options.count_mm, cycle_ps=period_ps)
+    period_ps, step_counts = handshake.pc_period_ps, design.step_counts
+    setup = Setup(design=design.key, step_mm=step_counts * count_mm, cycle_ps=period_ps)
     return [
         PcNode(
-            options.handshake,
-            options.supervision,
+            handshake,
+            supervision,
             axis=number,
             predictor=predictor,
-            count_mm=options.count_mm,
+            count_mm=count_mm,
             step_counts=step_counts,
-            word_limit=options.design.word_limit,
+            word_limit=design.word_limit,
             # one after the other, so that their frames do not queue
             start_ps=at_ps + period_ps + k * period_ps // (4 * len(predictors)),
             # a PC started again must not repeat what it said
             first_sequence=secrets.randbelow(256),
-            home_mm=options.home_mm,
+            home_mm=home_mm,
             margin_mm=MARGIN_MM,
             setup=setup,
         )

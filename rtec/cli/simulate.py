@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -17,6 +21,7 @@ from rtec.cli._parameters import (
     choice,
     design,
     flag,
+    force,
     member,
     needs,
     option,
@@ -26,15 +31,22 @@ from rtec.cli._parameters import (
     whole,
     whole_number,
     works,
+    written,
 )
-from rtec.cli._simulate_files import Seen
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, OutputError
+from rtec.io import FIGURES
 from rtec.units import ANGLE, FREQUENCY, parse_in, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.axis import Encoder, Program
     from rtec.injector import InjectorSettings
     from rtec.machine import OpenPath
+    from rtec.machine.stretch import Stretch
+
+
+LARGE_BYTES = 10**9
+"""Above this a waveform file is not written without a word."""
+LEVELS = ("00", "10", "11", "01")
 
 
 def _sign(name: str, text: str) -> Any:
@@ -152,6 +164,57 @@ class _ReceiverOptions(OptionGroup):
     counter_bits: int = whole("--counter-bits", "Width of the counter; 0: never wraps.", default=32)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen(OptionGroup):
+    """What the user wants to see of a run."""
+
+    PANEL = "Output"
+
+    figure: Path | None = written(
+        "--figure", "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf.", endings=FIGURES
+    )
+    figure_state: int | None = option(
+        "--figure-state",
+        "00|10|11|01",
+        "A and B when it begins; the first insertion without it.",
+        read=lambda said: LEVELS.index(choice(said, LEVELS, name="--figure-state")) + 1,
+    )
+    vcd: Path | None = written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")
+    force: bool = force("Overwrite files; write a VCD above 1 GB.")
+
+    def check(self, path: OpenPath) -> Stretch | None:
+        """Ask about what is large; return what looks for an insertion, if one is to be drawn.
+
+        Raises
+        ------
+        OutputError
+            A large file that nobody has agreed to.
+        """
+        from rtec.machine.stretch import Stretch
+
+        if self.vcd is not None and not self.force and (self.vcd.is_file() or not self.vcd.exists()):
+            _agree_to_size(self.vcd, path)  # a pipe fills no disk
+        return None if self.figure is None else Stretch(self.figure_state)
+
+    def written(self, path: OpenPath, stretch: Stretch | None) -> dict[str, str | None]:
+        """Draw the figure; return the files by their names, None for one that there is nothing to show in."""
+        files: dict[str, str | None] = {} if self.vcd is None else {"vcd": str(self.vcd)}
+        if self.figure is None or stretch is None:
+            return files
+        if stretch.found is None:
+            _console.note(f"{self.figure} not written: {_why_not(stretch, self.figure_state, path)}")
+            return files | {"figure": None}
+        from rtec.readable import hertz_text
+        from rtec.report.figures_simulate import insertion_figure
+        from rtec.report.figures_style import write_figure
+
+        design, processor = path.injector.design, path.microcontroller
+        works = "" if processor is None else f", {processor.name}"
+        name = f"{design.title}{works}, {hertz_text(path.frequency_hz)}"
+        write_figure(partial(insertion_figure, stretch.found, name, design.step_counts), self.figure)
+        return files | {"figure": str(self.figure)}
+
+
 def simulate(
     design: Design = design("Insertion design.", default=...),
     frequency_hz: float = quantity(
@@ -247,3 +310,31 @@ def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
                 typer.echo(f"{name}: {file}")
     if not result.good:
         raise typer.Exit(1)
+
+
+def _agree_to_size(vcd: Path, path: OpenPath) -> None:
+    """Ask before a large file is written; refuse it where there is nobody to ask."""
+    from rtec.machine.tape import estimated_bytes
+
+    size = estimated_bytes(path)
+    if size <= LARGE_BYTES:
+        return
+    folder = vcd.parent if vcd.parent.is_dir() else Path()
+    free = shutil.disk_usage(folder).free
+    what = f"{vcd} becomes about {size / 1e9:.3g} GB long, and {free / 1e9:.3g} GB are free there"
+    if sys.stdin.isatty() and sys.stderr.isatty() and typer.confirm(f"{what}. Write it?", err=True):
+        return
+    raise OutputError(f"--vcd: {what}; write it with --force, or take fewer --cycles")
+
+
+def _why_not(stretch: Stretch, state: int | None, path: OpenPath) -> str:
+    """Return why there is no insertion to be drawn."""
+    seen = {number: times for number, times in stretch.seen_in.items() if times}
+    if not seen or state is None:
+        return "the box has inserted nothing"
+    begun = ", ".join(f"{LEVELS[number - 1]} ({times} times)" for number, times in seen.items())
+    hint = ""
+    if not path.injector.design.one_state:
+        usual = max(seen, key=lambda number: seen[number])
+        hint = f"; try --home-state {(path.encoder.home_state + state - usual) % 4}"
+    return f"no insertion began in state {LEVELS[state - 1]} but in {begun}{hint}"

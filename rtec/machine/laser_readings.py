@@ -47,24 +47,17 @@ class Laser:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuringRun:
-    """A motion and the readings taken on it.
-
-    Parameters
-    ----------
-    motion
-        The commanded motion, from home to rest.
-    target_mm, direction, run
-        Of each reading, shape (n,).
-    begins_ps, ends_ps
-        Between which the axis is commanded to stand at the target.
-    """
+    """A motion and the readings taken on it."""
 
     motion: MotionSegments
+    """The commanded motion, from home to rest."""
     target_mm: NDArray[np.float64]
     direction: NDArray[np.int8]
     run: NDArray[np.int64]
+    """``target_mm``, ``direction``, ``run``: of each reading, shape (n,)."""
     begins_ps: NDArray[np.int64]
     ends_ps: NDArray[np.int64]
+    """``begins_ps``, ``ends_ps``: between which the axis is commanded to stand at the target."""
 
 
 def measuring_run(

@@ -122,13 +122,11 @@ class OpenPath:
 class OpenPathResult:
     """What came out of a run of the open path."""
 
-    design: str
-    frequency_hz: float
+    path: OpenPath
     edges: int
     """Real edges of the encoder."""
     encoder_counts: int
     controller_counts: int
-    step_counts: int
     insertions: Insertions
     received: ReceiverResult
     glitches: int
@@ -136,11 +134,16 @@ class OpenPathResult:
     """Controller counts less encoder counts equal the completed steps, and so says the monitor at the gates."""
     simulated_s: float
     wall_s: float
-    real_edges: str
-    """What became of real edges inside insertions: ``hold`` or ``merge``."""
-    motion: str
-    top_hz: float
-    """Highest frequency that the motion has reached."""
+
+    @property
+    def step_counts(self) -> int:
+        """Return how many counts a step is."""
+        return self.path.injector.design.step_counts
+
+    @property
+    def top_hz(self) -> float:
+        """Return the highest frequency that the motion has reached."""
+        return self.path.frequency_hz if self.path.motion is None else self.path.motion.top_hz
 
     @property
     def pending(self) -> int:
@@ -154,9 +157,10 @@ class OpenPathResult:
 
     def to_dict(self) -> dict[str, object]:
         """Return the result under the names that scripts rely on."""
+        path = self.path
         return {
-            "design": self.design,
-            "frequency_hz": self.frequency_hz,
+            "design": path.injector.design.key,
+            "frequency_hz": path.frequency_hz,
             "edges": self.edges,
             "encoder_counts": self.encoder_counts,
             "controller_counts": self.controller_counts,
@@ -181,7 +185,7 @@ class OpenPathResult:
             "simulated_s": self.simulated_s,
             "wall_s": self.wall_s,
             "edges_per_s": self.edges / self.wall_s if self.wall_s > 0 else None,
-            "real_edges": self.real_edges,
-            "motion": self.motion,
+            "real_edges": path.injector.real_edges.value,
+            "motion": "steady" if path.motion is None else path.motion.kind.value,
             "top_frequency_hz": self.top_hz,
         }

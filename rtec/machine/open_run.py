@@ -186,24 +186,18 @@ def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wal
     insertions = insertions_of(state.injector, None if board is None else board.state)
     received = result_of(state.receiver)
     encoder_counts = int(state.encoder.count)
-    step = path.injector.design.step_counts
-    added = insertions.completed * step
+    added = insertions.completed * path.injector.design.step_counts
     # the count before it wraps: modulo a narrow counter's width, a loss of whole turns would go unseen
     off = received.count - path.receiver.counted(encoder_counts + added, path.encoder.home_state)
     return OpenPathResult(
-        design=path.injector.design.key,
-        frequency_hz=path.frequency_hz,
+        path=path,
         edges=int(state.encoder.serial),
         encoder_counts=encoder_counts,
         controller_counts=path.receiver.wrapped(received.count),
-        step_counts=step,
         insertions=insertions,
         received=received,
         glitches=int(state.encoder.glitches),
         audit=off == 0 and insertions.ahead_counts == added,
         simulated_s=end_ps / PS_PER_S,
         wall_s=wall_s,
-        real_edges=path.injector.real_edges.value,
-        motion="steady" if path.motion is None else path.motion.kind.value,
-        top_hz=path.frequency_hz if path.motion is None else path.motion.top_hz,
     )

@@ -35,92 +35,67 @@ UNITS: dict[Coordinate, dict[str, float]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TargetFigures:
-    """Figures of each target, shape (targets,), in the unit inside; NaN where readings are lacking.
-
-    Parameters
-    ----------
-    target
-        Target positions P_i, increasing.
-    count_forward, count_backward
-        Number of readings n.
-    mean_forward, mean_backward
-        x̄_i: mean unidirectional positioning deviation at a position.
-    spread_forward, spread_backward
-        s_i: estimator of the unidirectional repeatability at a position, the standard deviation with n - 1.
-    mean
-        Mean bidirectional positioning deviation at a position, (x̄_i↑ + x̄_i↓) / 2.
-    reversal
-        B_i: reversal error at a position, x̄_i↑ - x̄_i↓.
-    repeatability_forward, repeatability_backward
-        R_i↑, R_i↓: unidirectional positioning repeatability at a position, 4 s_i.
-    repeatability
-        R_i: bidirectional positioning repeatability at a position, the largest of 2 s_i↑ + 2 s_i↓ + abs(B_i), R_i↑
-        and R_i↓.
-    extent
-        Largest minus smallest of all readings at the target, both directions.
-    """
+    """Figures of each target, shape (targets,), in the unit inside; NaN where readings are lacking."""
 
     target: Floats
+    """Target positions P_i, increasing."""
     count_forward: Integers
     count_backward: Integers
+    """Of each direction, number of readings n."""
     mean_forward: Floats
     mean_backward: Floats
+    """Of each direction, x̄_i: mean unidirectional positioning deviation at a position."""
     spread_forward: Floats
     spread_backward: Floats
+    """Of each direction, s_i: estimator of the unidirectional repeatability at a position, the standard deviation
+    with n - 1."""
     mean: Floats
+    """Mean bidirectional positioning deviation at a position, (x̄_i↑ + x̄_i↓) / 2."""
     reversal: Floats
+    """B_i: reversal error at a position, x̄_i↑ - x̄_i↓."""
     repeatability_forward: Floats
     repeatability_backward: Floats
+    """R_i↑, R_i↓: unidirectional positioning repeatability at a position, 4 s_i."""
     repeatability: Floats
+    """R_i: bidirectional positioning repeatability at a position, the largest of 2 s_i↑ + 2 s_i↓ + abs(B_i), R_i↑
+    and R_i↓."""
     extent: Floats
+    """Largest minus smallest of all readings at the target, both directions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PositioningFigures:
-    """Figures of an axis, in mm for a linear axis and in degrees for a rotary one; None where not available.
-
-    Parameters
-    ----------
-    coordinate
-        Linear or angular.
-    at_targets
-        Figures of each target.
-    iso
-        The figures of ISO 230-2 by their symbols, those of one direction as ``A_forward`` and ``A_backward``:
-
-        - A: bidirectional accuracy of positioning of an axis, largest x̄_i + 2 s_i of both directions minus smallest
-          x̄_i - 2 s_i of both; A↑, A↓: the same in one direction (unidirectional accuracy).
-        - R: bidirectional positioning repeatability of an axis, the largest R_i; R↑, R↓: the largest R_i↑, R_i↓.
-        - E: bidirectional systematic positioning error, largest minus smallest x̄_i of both directions; E↑, E↓: of
-          one.
-        - M: mean bidirectional positioning error, largest minus smallest (x̄_i↑ + x̄_i↓) / 2.
-        - B: reversal error of an axis, the largest abs(B_i).
-        - B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i.
-    max_repeat
-        Thesis, Table 5-1, which prints "Max Repeat" without saying what it is. Here: largest minus smallest of all
-        readings at one target, both directions, at the target where that is largest.
-    cyclic_forward, cyclic_backward
-        Cyclic error of each direction, or None where no period was given.
-    rms
-        Root mean square of all deviations, about zero.
-    peak_to_peak
-        Largest minus smallest of all deviations.
-    runs
-        Smallest number of readings at a target from a direction that was measured.
-    warnings
-        What the reader of the figures has to know.
-    """
+    """Figures of an axis, in mm for a linear axis and in degrees for a rotary one; None where not available."""
 
     coordinate: Coordinate
+    """Linear or angular."""
     at_targets: TargetFigures
+    """Figures of each target."""
     iso: Mapping[str, float | None]
+    """The figures of ISO 230-2 by their symbols, those of one direction as ``A_forward`` and ``A_backward``:
+
+    - A: bidirectional accuracy of positioning of an axis, largest x̄_i + 2 s_i of both directions minus smallest
+      x̄_i - 2 s_i of both; A↑, A↓: the same in one direction (unidirectional accuracy).
+    - R: bidirectional positioning repeatability of an axis, the largest R_i; R↑, R↓: the largest R_i↑, R_i↓.
+    - E: bidirectional systematic positioning error, largest minus smallest x̄_i of both directions; E↑, E↓:
+      of one.
+    - M: mean bidirectional positioning error, largest minus smallest (x̄_i↑ + x̄_i↓) / 2.
+    - B: reversal error of an axis, the largest abs(B_i).
+    - B̄ (``B_mean``): mean reversal error of an axis, the mean of the signed B_i."""
     max_repeat: float | None
+    """Thesis, Table 5-1, which prints "Max Repeat" without saying what it is. Here: largest minus smallest of all
+    readings at one target, both directions, at the target where that is largest."""
     cyclic_forward: CyclicError | None
     cyclic_backward: CyclicError | None
+    """Cyclic error of each direction, or None where no period was given."""
     rms: float
+    """Root mean square of all deviations, about zero."""
     peak_to_peak: float
+    """Largest minus smallest of all deviations."""
     runs: int
+    """Smallest number of readings at a target from a direction that was measured."""
     warnings: tuple[str, ...]
+    """What the reader of the figures has to know."""
 
     @property
     def max_average_error(self) -> float | None:

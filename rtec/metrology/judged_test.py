@@ -13,32 +13,22 @@ from rtec.metrology.vdi3441 import VdiFigures
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JudgedTest:
-    """A positioning test and what is said of it.
-
-    Parameters
-    ----------
-    name
-        For people; of the file.
-    facts
-        What the file says of machine, axis, date.
-    figures, vdi, uncertainty
-        By ISO 230-2 and VDI/DGQ 3441, and how sure they are.
-    warnings
-        What speaks against the test or limits its figures.
-    unknown
-        Headings of columns that were not used.
-    notes
-        What was guessed when the file was read.
-    """
+    """A positioning test and what is said of it."""
 
     name: str
+    """For people; of the file."""
     facts: Mapping[str, str]
+    """What the file says of machine, axis, date."""
     figures: PositioningFigures
     vdi: VdiFigures | None
     uncertainty: PositioningUncertainty
+    """``figures``, ``vdi``, ``uncertainty``: by ISO 230-2 and VDI/DGQ 3441, and how sure they are."""
     warnings: tuple[str, ...]
+    """What speaks against the test or limits its figures."""
     unknown: tuple[str, ...]
+    """Headings of columns that were not used."""
     notes: tuple[str, ...] = ()
+    """What was guessed when the file was read."""
 
     def to_dict(self, unit: str | None = None) -> dict[str, Any]:
         """Return everything under the contract's names, in a unit as of `PositioningFigures.to_dict`, ready for JSON.

@@ -59,7 +59,7 @@ def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]
     forward = "+" if path.direction > 0 else "-"
     if path.motion is None:
         edges = f"{_whole(result.edges)} in {forward} direction"
-        return [("encoder frequency", hertz_text(result.frequency_hz)), ("real edges", edges)]
+        return [("encoder frequency", hertz_text(path.frequency_hz)), ("real edges", edges)]
     return [
         ("motion", path.motion.kind.value),
         ("highest encoder frequency", hertz_text(result.top_hz)),

@@ -47,6 +47,7 @@ def carry_out(path: OpenPath, *, in_blocks: bool = True) -> OpenPathResult:
     expected = 4 * path.cycles + path.corrections * path.injector.design.step_counts
     if not result.good or result.controller_counts != expected:
         raise WrongResultError(
-            f"{result.design}: {result.controller_counts} counts instead of {expected}, {result.pending} pending"
+            f"{path.injector.design.key}: {result.controller_counts} counts instead of {expected}, "
+            f"{result.pending} pending"
         )
     return result

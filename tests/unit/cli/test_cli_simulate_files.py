@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from rtec.cli import _simulate_files, main
+from rtec.cli import main
 
 BASE = ["simulate", "--design", "c", "--frequency", "500kHz", "--cycles", "100", "--corrections", "7"]
 HUGE = ["simulate", "--design", "c", "--frequency", "500kHz", "--cycles", "10000000", "--corrections", "100"]
@@ -115,9 +115,9 @@ def test_on_a_terminal_the_user_is_asked(capsys, tmp_path, monkeypatch, agreed):
         def isatty(self):
             return True
 
-    monkeypatch.setattr(_simulate_files, "sys", type("Sys", (), {"stdin": Terminal(), "stderr": Terminal()}))
-    monkeypatch.setattr(_simulate_files, "LARGE_BYTES", 1_000)
-    monkeypatch.setattr(_simulate_files.typer, "confirm", lambda text, err: asked.append((text, err)) or agreed)
+    monkeypatch.setattr("rtec.cli.simulate.sys", type("Sys", (), {"stdin": Terminal(), "stderr": Terminal()}))
+    monkeypatch.setattr("rtec.cli.simulate.LARGE_BYTES", 1_000)
+    monkeypatch.setattr("rtec.cli.simulate.typer.confirm", lambda text, err: asked.append((text, err)) or agreed)
     code, _, _ = said(capsys, *BASE, "--vcd", tmp_path / "run.vcd")
     assert (code, len(asked)) == (0 if agreed else 2, 1)
     assert (tmp_path / "run.vcd").exists() is agreed
@@ -126,7 +126,7 @@ def test_on_a_terminal_the_user_is_asked(capsys, tmp_path, monkeypatch, agreed):
 
 
 def test_force_writes_it_and_a_pipe_is_not_asked_about(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(_simulate_files, "LARGE_BYTES", 1_000)
+    monkeypatch.setattr("rtec.cli.simulate.LARGE_BYTES", 1_000)
     assert said(capsys, *BASE, "--vcd", tmp_path / "run.vcd")[0] == 2
     assert said(capsys, *BASE, "--vcd", tmp_path / "run.vcd", "--force")[0] == 0
     assert said(capsys, *BASE, "--vcd", "/dev/null")[0] == 0
