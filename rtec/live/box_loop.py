@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import number_within
 from rtec.errors import ArgumentError, LinkError
 from rtec.link.transport import Transport
 from rtec.machine.station import Station
@@ -12,12 +12,15 @@ from rtec.machine.station import Station
 SLOWEST, FASTEST = 0.1, 100.0
 """Limits of the speed: cycles of 1 ms to 1 s on the axes' clock."""
 
+LONGEST_STALL_PS = 20_000_000_000
+"""On the bus' clock."""
+
 
 class BoxLoop:
     """Several stations on one transport.
 
     The axes' clock goes with the transport's, ``speed`` times as fast. Where this process was not let run for longer
-    than ``longest_stall_ps``, the axes' clock stands still for that time, as it does in a debugger: else a box would
+    than `LONGEST_STALL_PS`, the axes' clock stands still for that time, as it does in a debugger: else a box would
     see a silence of the PC that was none.
 
     Parameters
@@ -28,8 +31,6 @@ class BoxLoop:
         The way to the bus.
     speed
         Picoseconds of the axes in a picosecond of the bus.
-    longest_stall_ps
-        On the bus' clock.
 
     Raises
     ------
@@ -47,7 +48,6 @@ class BoxLoop:
         transport: Transport,
         *,
         speed: float = 1.0,
-        longest_stall_ps: int = 20_000_000_000,
     ) -> None:
         axes = [station.settings.axis for station in stations]
         if not axes or len(set(axes)) != len(axes):
@@ -55,7 +55,6 @@ class BoxLoop:
         self.stations = tuple(stations)
         self.transport = transport
         self.speed = number_within("speed", speed, SLOWEST, FASTEST)
-        self._longest_stall_ps = whole_within("longest_stall_ps", longest_stall_ps, 0, 10**15, unit="ps")
         self._begin_ps = stations[0].now_ps
         self._zero_ps = transport.now_ps()
         self.stalls = 0
@@ -90,7 +89,7 @@ class BoxLoop:
         # without a bus the clock is that of the readings, which follow each other at once
         now_ps = self.transport.now_ps() if self.lost is None else due_ps
         late_ps = now_ps - max(due_ps, self._on_bus_ps(self.now_ps))
-        if late_ps > self._longest_stall_ps:
+        if late_ps > LONGEST_STALL_PS:
             self.stalls += 1
             self.stalled_ps += late_ps
             self._zero_ps += late_ps

@@ -67,14 +67,9 @@ class _Track:
         self.checked = 0
         """How many of them have been compared."""
 
-    def window(self, from_ps: int, to_ps: int) -> list[Values]:
-        """Return what was said between two times."""
-        return [values for at_ps, values in self.frames if from_ps <= at_ps <= to_ps]
-
-    def nearest(self, at_ps: int, reach_ps: int) -> Values | None:
-        """Return what was said closest to a time."""
-        near = [(abs(t_ps - at_ps), k) for k, (t_ps, _) in enumerate(self.frames) if abs(t_ps - at_ps) <= reach_ps]
-        return self.frames[min(near)[1]][1] if near else None
+    def around(self, at_ps: int, reach_ps: int) -> list[tuple[int, Values]]:
+        """Return what was said about a time, and when."""
+        return [(t_ps, values) for t_ps, values in self.frames if abs(t_ps - at_ps) <= reach_ps]
 
     def forget(self, before_ps: int) -> None:
         """Drop frames that have been compared and are too old to be compared with."""
@@ -185,12 +180,11 @@ class ReplayComparison:
                 track.forget(until_ps - 2 * self._tolerance_ps)
 
     def _check(self, name: str, axis: int, at_ps: int, values: Values, other: _Track, *, from_log: bool) -> None:
-        window = other.window(at_ps - self._tolerance_ps, at_ps + self._tolerance_ps)
+        near = other.around(at_ps, self._tolerance_ps)
         for field, value in values.items():
-            if _is_among(name, field, value, [each[field] for each in window], self._beside(name, axis, at_ps)):
+            if _is_among(name, field, value, [each[field] for _, each in near], self._beside(name, axis, at_ps)):
                 continue
-            near = other.nearest(at_ps, self._tolerance_ps)
-            theirs = None if near is None else near[field]
+            theirs = min(near, key=lambda each: abs(each[0] - at_ps))[1][field] if near else None
             logged, said = (value, theirs) if from_log else (theirs, value)
             self._note(name, axis, field, at_ps, logged, said)
 

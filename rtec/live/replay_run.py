@@ -20,7 +20,7 @@ from rtec.link.transport import Received, Transport
 from rtec.live.compared import Difference, ReplayComparison
 from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
-from rtec.live.replayed_side import repeated, resealed, side_of
+from rtec.live.replayed_side import ReplayedSide, resealed
 from rtec.requester.status import BoxState
 from rtec.units import PS_PER_MS, PS_PER_S
 
@@ -123,8 +123,7 @@ class ReplayRun:
         self._tolerance_ps = round(tolerance_ps * speed)
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
         self._comparison = ReplayComparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
-        self._ahead: dict[int, int] = {}
-        self._side = side_of(found.role, self._ahead)
+        self._side = ReplayedSide()
         self._begin_ps: int | None = None
         self._late_ps = array("q")
         self._rivals = 0
@@ -191,7 +190,7 @@ class ReplayRun:
                 self._notes.append(f"the {found.role.other.words} of axis {missing} was not heard")
                 return False
             for frame in found.before.values() if found.role is Role.BOX else ():
-                self._transport.send(repeated(frame, self._ahead))
+                self._transport.send(self._side.repeated(frame))
             while not wanted <= self._heard.keys():
                 received = self._transport.receive(min(now_ps + CYCLE_PS, until_ps))
                 if received is None:
@@ -208,7 +207,7 @@ class ReplayRun:
         if kind in self._found.role.kinds:
             self._rivals += 1
         elif kind is not None and len(frame.data) == PAYLOAD_BYTES:
-            self._side.node_says(frame)
+            self._side.said.take(frame)
             if self._begin_ps is not None:
                 self._compare(received)
                 return
@@ -232,7 +231,7 @@ class ReplayRun:
                     if at_ps >= 0:
                         yield replace(logged, time_ps=at_ps)
                 elif kind is not None:
-                    self._side.log_says(logged.frame)
+                    self._side.logged.take(logged.frame)
                     if at_ps >= -self._tolerance_ps:
                         self._comparison.log_says(at_ps, logged.frame)
 

@@ -7,15 +7,13 @@ included.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections import deque
-from typing import Any
+from collections import defaultdict, deque
 
 from rtec.link._crc_kernels import sealed
 from rtec.link._frame_kernels import AXIS_BITS
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.messages import Kind
-from rtec.live.played import Role, kind_of
+from rtec.live.played import kind_of
 
 _SEQUENCE, _SESSION, _JUDGED, _SESSION_OF_BOX = 1, 7, 7, 4
 """Bytes of the frames."""
@@ -25,77 +23,66 @@ _REMEMBERED = 32
 """Requests of an axis that may still be judged."""
 
 
-class ReplayedSide(ABC):
-    """The side that is played; it keeps what node of the log and node under test have said, for each axis."""
+class _Heard:
+    """What a node has said that the side before it gives back, for each axis."""
 
     def __init__(self) -> None:
-        self._logged: dict[int, Any] = {}
-        self._said: dict[int, Any] = {}
+        self.sessions: dict[int, int] = {}
+        self.requests: dict[int, deque[tuple[int, int]]] = defaultdict(lambda: deque(maxlen=_REMEMBERED))
 
-    def log_says(self, frame: Frame) -> None:
-        """Take what the node of the log says, up to the frame that is sent next."""
-        self._take(frame, self._logged)
-
-    def node_says(self, frame: Frame) -> None:
-        """Take what the node under test says."""
-        self._take(frame, self._said)
-
-    @abstractmethod
-    def translated(self, frame: Frame) -> Frame:
-        """Return what is sent in the place of a frame of the log."""
-
-    @abstractmethod
-    def _take(self, frame: Frame, into: dict[int, Any]) -> None: ...
-
-
-def side_of(role: Role, ahead: dict[int, int]) -> ReplayedSide:
-    """Return the side of a role; ``ahead`` by how much the sequence under an identifier is ahead of the log."""
-    return ReplayedPc() if role is Role.PC else ReplayedBox(ahead)
-
-
-class ReplayedPc(ReplayedSide):
-    """A PC that speaks to a box of another session."""
-
-    def translated(self, frame: Frame) -> Frame:
-        """Return what is sent: a session that was wrong in the log is wrong by as much now."""
+    def take(self, frame: Frame) -> None:
+        """Take a frame: of a box the session, of a PC what it asks for."""
         axis = frame.identifier & AXIS_BITS
-        if not _is(frame, Kind.REQUEST) or axis not in self._logged or axis not in self._said:
-            return frame
-        session = frame.data[_SESSION] - self._logged[axis] + self._said[axis]
-        return resealed(frame, {_SESSION: session})
-
-    def _take(self, frame: Frame, into: dict[int, int]) -> None:
         if _is(frame, Kind.STATUS):
-            into[frame.identifier & AXIS_BITS] = frame.data[_SESSION_OF_BOX]
+            self.sessions[axis] = frame.data[_SESSION_OF_BOX]
+        elif _is(frame, Kind.REQUEST):
+            self.requests[axis].append((frame.data[_SEQUENCE], _number(frame.data[_TOTAL])))
 
 
-class ReplayedBox(ReplayedSide):
-    """A box that speaks to a PC whose turns come at other moments.
+class ReplayedSide:
+    """The side that is played: a PC to a box of another session, or a box to a PC whose turns come at other moments.
 
-    Parameters
-    ----------
-    ahead
-        By how much the sequence under an identifier is ahead of the log.
+    Examples
+    --------
+    What a box says before the log is entered is said again and again; what follows is numbered on:
+
+    >>> side = ReplayedSide()
+    >>> frame = resealed(Frame(identifier=0x181, data=bytes(8)), {1: 7})
+    >>> [side.repeated(frame).data[1] for _ in range(3)], side.translated(frame).data[1]
+    ([7, 8, 9], 9)
     """
 
-    def __init__(self, ahead: dict[int, int]) -> None:
-        super().__init__()
-        self._ahead = ahead
+    def __init__(self) -> None:
+        self.logged, self.said = _Heard(), _Heard()
+        """What the node of the log says, up to the frame that is sent next, and what the node under test says."""
+        self._ahead: dict[int, int] = {}
+        """By how much the sequence under an identifier is ahead of the log."""
         self._accepted: dict[int, int] = {}
 
+    def repeated(self, frame: Frame) -> Frame:
+        """Return a frame from before the log was entered, to be sent once more; those of the log follow it."""
+        self._ahead[frame.identifier] = self._ahead.get(frame.identifier, -1) + 1
+        return resealed(frame, {_SEQUENCE: frame.data[_SEQUENCE] + self._ahead[frame.identifier]})
+
     def translated(self, frame: Frame) -> Frame:
-        """Return what is sent: as many requests behind as in the log, and as much done of what was accepted."""
-        changes = {}
+        """Return what is sent in the place of a frame of the log.
+
+        A session that was wrong in the log is wrong by as much now; a box is as many requests behind as in the log,
+        and has done as much of what was accepted.
+        """
+        changes: dict[int, int] = {}
+        axis = frame.identifier & AXIS_BITS
         if len(frame.data) == PAYLOAD_BYTES and (ahead := self._ahead.get(frame.identifier, 0)):
             changes[_SEQUENCE] = frame.data[_SEQUENCE] + ahead
-        axis = frame.identifier & AXIS_BITS
-        if _is(frame, Kind.CORRECTIONS) and self._logged.get(axis) and self._said.get(axis):
+        if _is(frame, Kind.REQUEST) and axis in self.logged.sessions and axis in self.said.sessions:
+            changes[_SESSION] = frame.data[_SESSION] - self.logged.sessions[axis] + self.said.sessions[axis]
+        elif _is(frame, Kind.CORRECTIONS) and self.logged.requests[axis] and self.said.requests[axis]:
             changes |= self._given_back(axis, frame.data)
         return resealed(frame, changes) if changes else frame
 
     def _given_back(self, axis: int, data: bytes) -> dict[int, int]:
         """Return sequence and totals in terms of what this PC asks for; none for what it was never asked."""
-        logged, said = self._logged[axis], self._said[axis]
+        logged, said = self.logged.requests[axis], self.said.requests[axis]
         behind = (logged[-1][0] - data[_JUDGED]) & 0xFF
         if behind >= len(logged):
             return {}
@@ -105,11 +92,6 @@ class ReplayedBox(ReplayedSide):
         self._accepted[axis] = now
         words = [*_bytes(now + completed - accepted), *_bytes(now)]
         return {_JUDGED: now_requested[0]} | dict(enumerate(words, start=_COMPLETED.start))
-
-    def _take(self, frame: Frame, into: dict[int, deque[tuple[int, int]]]) -> None:
-        if _is(frame, Kind.REQUEST):
-            requests = into.setdefault(frame.identifier & AXIS_BITS, deque(maxlen=_REMEMBERED))
-            requests.append((frame.data[_SEQUENCE], _number(frame.data[_TOTAL])))
 
 
 def _is(frame: Frame, kind: Kind) -> bool:
@@ -147,17 +129,3 @@ def resealed(frame: Frame, changes: dict[int, int]) -> Frame:
         data[place] = value & 0xFF
     data[0] = right(bytes(data)) ^ wrong_by
     return Frame(identifier=frame.identifier, data=bytes(data))
-
-
-def repeated(frame: Frame, ahead: dict[int, int]) -> Frame:
-    """Return a frame from before the log was entered, to be sent once more; those of the log follow it.
-
-    Examples
-    --------
-    >>> ahead: dict[int, int] = {}
-    >>> frame = resealed(Frame(identifier=0x181, data=bytes(8)), {1: 7})
-    >>> [repeated(frame, ahead).data[1] for _ in range(3)], ahead
-    ([7, 8, 9], {385: 2})
-    """
-    ahead[frame.identifier] = ahead.get(frame.identifier, -1) + 1
-    return resealed(frame, {_SEQUENCE: frame.data[_SEQUENCE] + ahead[frame.identifier]})

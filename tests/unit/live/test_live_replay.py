@@ -15,7 +15,7 @@ from rtec.live.compared import ReplayComparison
 from rtec.live.pc_loop import PcLoop
 from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
-from rtec.live.replayed_side import side_of
+from rtec.live.replayed_side import ReplayedSide
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.setup import Setup
@@ -204,9 +204,9 @@ def test_twice_as_fast(fresh, recorded):
 def test_mistakes_of_the_log_stay_mistakes():
     """Another session is as much another one as in the log, and a wrong checksum is as wrong."""
     messages = MessageSet.load()
-    translator = side_of(Role.PC, {})
-    translator.log_says(messages.encode("Status", 1, {"Session": 9}))
-    translator.node_says(messages.encode("Status", 1, {"Session": 200}))
+    translator = ReplayedSide()
+    translator.logged.take(messages.encode("Status", 1, {"Session": 9}))
+    translator.said.take(messages.encode("Status", 1, {"Session": 200}))
     for session, expected in ((9, 200), (10, 201), (8, 199)):
         frame = translator.translated(messages.encode("Request", 1, {"Session": session, "Total": 3}))
         message = messages.decode(frame.identifier, frame.data)
@@ -223,11 +223,13 @@ def test_mistakes_of_the_log_stay_mistakes():
 def test_a_played_box_accepts_what_this_pc_asks_for():
     """Where the box of the log had accepted what it was asked for; else it stays at what it accepted last."""
     messages = MessageSet.load()
-    voice = side_of(Role.BOX, {0x281: 5})
+    voice = ReplayedSide()
+    for _ in range(6):
+        voice.repeated(Frame(identifier=0x281, data=bytes(8)))  # from then on five frames are more than in the log
 
     def ask(logged, said):
-        voice.log_says(messages.encode("Request", 1, {"Total": logged[1], "Sequence": logged[0]}))
-        voice.node_says(messages.encode("Request", 1, {"Total": said[1], "Sequence": said[0]}))
+        voice.logged.take(messages.encode("Request", 1, {"Total": logged[1], "Sequence": logged[0]}))
+        voice.said.take(messages.encode("Request", 1, {"Total": said[1], "Sequence": said[0]}))
 
     def answer(judged, accepted, completed):
         values = {"Judged": judged, "Accepted": accepted, "Completed": completed, "Sequence": 7}
