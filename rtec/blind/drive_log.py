@@ -14,10 +14,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rtec.axis import MotionSegments
 from rtec.blind.draws import Draw, Occasion, stream
 from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of
-from rtec.blind.in_motion import SAMPLE_S, moves_of, sampled
+from rtec.blind.in_motion import SAMPLE_S, Log, log_of
 from rtec.blind.noise import Readings, noise_of
 from rtec.blind.plan import RIGID_MM, Floats, Ints, Plan
 from rtec.blind.scenario import Scenario
@@ -36,26 +35,19 @@ _STRIBECK_MM_S = (3.0, 8.0)
 class _Motion:
     """What the axis does at each reading: position, velocity, acceleration, bent bristles, and the load on it."""
 
-    def __init__(
-        self,
-        motion: MotionSegments,
-        time_s: Floats,
-        load_kg: Floats,
-        run: Ints,
-        presliding_mm: float,
-        first: _Motion | None = None,
-    ) -> None:
-        self.time_s, self.load_kg, self.run = time_s, load_kg, run
-        time_ps = np.round(time_s * PS_PER_S).astype(np.int64)
-        self.position_mm = motion.position_at(time_ps)
+    def __init__(self, log: Log, load_kg: Floats, presliding_mm: float, first: _Motion | None = None) -> None:
+        self.time_s, self.run, self.load_kg = log.time_s, log.run, load_kg
+        self.position_mm, self.velocity_mm_s, self.acceleration_mm_s2 = (
+            log.position_mm,
+            log.speed_mm_s,
+            log.gain_mm_s2,
+        )
         # of the first measurement, by which the numbers of the forces are drawn
         self.first_mm = self.position_mm if first is None else first.position_mm
-        self.velocity_mm_s = motion.velocity_at(time_ps)
-        self.acceleration_mm_s2 = motion.acceleration_at(time_ps)
-        fine_s = np.arange(round(time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
-        velocity = motion.velocity_at(np.round(fine_s * PS_PER_S).astype(np.int64))
+        fine_s = np.arange(round(log.time_s[-1] / SAMPLE_S) * _FINE + 1) * (SAMPLE_S / _FINE)
+        velocity = log.motion.velocity_at(np.round(fine_s * PS_PER_S).astype(np.int64))
         bent = bent_bristles(velocity, SAMPLE_S / _FINE, presliding_mm)
-        self.bent = bent[np.round(time_s / SAMPLE_S).astype(np.int64) * _FINE]
+        self.bent = bent[np.round(log.time_s / SAMPLE_S).astype(np.int64) * _FINE]
 
 
 def bent_bristles(velocity_mm_s: Floats, step_s: float, presliding_mm: float = RIGID_MM) -> Floats:
@@ -230,9 +222,8 @@ def measure_drive(scenario: Scenario, seed: int, plan: Plan, number: int) -> Rec
 
 
 def _moved(plan: Plan, occasion: Occasion, first: _Motion | None = None) -> _Motion:
-    motion, begin_s, repeat_s = moves_of(plan, occasion.stream(Draw.COURSE))
-    time_s, run = sampled(plan, motion, begin_s, repeat_s)
-    return _Motion(motion, time_s, _loads_kg(plan, run, occasion), run, plan.presliding_mm, first)
+    log = log_of(plan, occasion.stream(Draw.COURSE))
+    return _Motion(log, _loads_kg(plan, log.run, occasion), plan.presliding_mm, first)
 
 
 def _size(added: Floats) -> float:

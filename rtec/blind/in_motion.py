@@ -35,7 +35,7 @@ _HOME_S = 0.5
 _TIME_S, _COMMAND_MM, _TRUE_MM = (TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "true_mm"))
 
 
-class _Log(NamedTuple):
+class Log(NamedTuple):
     """A log in motion: when it was read, and what was commanded then, shape (n,) each."""
 
     motion: MotionSegments
@@ -46,11 +46,12 @@ class _Log(NamedTuple):
     gain_mm_s2: Floats
 
 
-def _log(plan: Plan, rng: np.random.Generator) -> _Log:
+def log_of(plan: Plan, rng: np.random.Generator) -> Log:
+    """Draw the moves of a plan, and return them as they are read."""
     motion, begin_s, repeat_s = moves_of(plan, rng)
     time_s, run = sampled(plan, motion, begin_s, repeat_s)
     at = np.round(time_s * PS_PER_S).astype(np.int64)
-    return _Log(motion, time_s, run, motion.position_at(at), motion.velocity_at(at), motion.acceleration_at(at))
+    return Log(motion, time_s, run, motion.position_at(at), motion.velocity_at(at), motion.acceleration_at(at))
 
 
 def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) -> Recorded:
@@ -74,9 +75,9 @@ def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) ->
     (['run', 'time_s', 'target_mm', 'actual_mm', 'velocity_mm_s'], ['servo_lag'])
     """
     occasion = Occasion(seed=seed, number=number)
-    first = log = _log(scenario.plan, stream(seed, Draw.COURSE))
+    first = log = log_of(scenario.plan, stream(seed, Draw.COURSE))
     if number:
-        log = _log(plan, occasion.stream(Draw.COURSE))
+        log = log_of(plan, occasion.stream(Draw.COURSE))
     sigma_mm = scenario.plan.sigma_um * 1e-3
     static = static_errors(scenario, seed, first.position_mm, _way(first.speed_mm_s))
     lags = _lags(scenario, first.speed_mm_s, first.gain_mm_s2)
@@ -113,7 +114,7 @@ def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) ->
     return Recorded(columns=columns, unknown={}, hidden=hidden)
 
 
-def _traced(machine: Machine, log: _Log) -> Floats:
+def _traced(machine: Machine, log: Log) -> Floats:
     """Return what the closed loop did from the beginning, at the times of the readings."""
     every = round(SAMPLE_S * PS_PER_S) // SERVO_PS
     trace: Floats = np.asarray(run_machine(machine, log.motion, trace_every=every, skip_rest=False).trace)
@@ -182,7 +183,7 @@ def _strokes(plan: Plan, rng: np.random.Generator) -> list[axis.Block]:
     ]
 
 
-def _bent(log: _Log, trace: Floats, rng: np.random.Generator) -> SlowError:
+def _bent(log: Log, trace: Floats, rng: np.random.Generator) -> SlowError:
     """Return what contacts add that bend before they slip, at the times read.
 
     Contacts between slide and scale, of unlike stiffness and friction, along the whole path from its beginning.

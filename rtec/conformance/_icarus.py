@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from rtec.conformance._icarus_memory import memory_of
-from rtec.conformance._programs import Program
 from rtec.conformance._verilog_runs import (
     BUILD_S,
     SETTLE_TICKS,
@@ -22,7 +21,7 @@ from rtec.conformance._verilog_runs import (
     most_bytes,
     stream_rows,
 )
-from rtec.conformance._workshop import Workshop
+from rtec.conformance._workshop import Program, Workshop
 from rtec.conformance.verilog_pins import Active, Pins, Port
 from rtec.errors import RtecError
 from rtec.injector import Stimulus

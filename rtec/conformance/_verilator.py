@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.conformance._programs import Program
 from rtec.conformance._verilog_runs import BUILD_S, SETTLE_TICKS, SILENT_S, Runs, build_error, most_bytes, stream_rows
-from rtec.conformance._workshop import Workshop
+from rtec.conformance._workshop import Program, Workshop
 from rtec.conformance.verilog_pins import Active, Pins, Port
 from rtec.errors import RtecError
 from rtec.injector import Stimulus

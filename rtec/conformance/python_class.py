@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from rtec.closing import Closing
-from rtec.conformance._programs import signal_group
 from rtec.conformance._python_child import COMPILING, LOADING, WATCHED
+from rtec.conformance._workshop import signal_group
 from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.signal import EdgeStream
