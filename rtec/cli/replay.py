@@ -15,8 +15,7 @@ from rtec.cli._parameters import flag, member, pure, time_ps
 
 if TYPE_CHECKING:
     from rtec.live.compared import Difference
-    from rtec.live.played import Survey
-    from rtec.live.replay_run import ReplayOutcome
+    from rtec.live.replay_run import ReplayRun
 
 _FAILS = 1
 _SHOWN = 20
@@ -81,47 +80,47 @@ def replay(
         run = ReplayRun(
             log, transport, found, speed=speed, tolerance_ps=tolerance_ps, start_up_s=start_up_s, show=show
         )
-        outcome = run.run()
+        run.run()
     if as_json:
-        print_json({"log": str(log)} | replay_document(outcome, found, speed=speed, tolerance_ps=tolerance_ps))
+        print_json({"log": str(log)} | replay_document(run))
     else:
-        _tell(outcome, found, tolerance_ps)
-    for words in outcome.notes:
+        _tell(run)
+    for words in run.notes:
         note(words)
-    if not outcome.passed:
+    if not run.passed:
         raise typer.Exit(_FAILS)
 
 
-def _tell(outcome: ReplayOutcome, found: Survey, tolerance_ps: int) -> None:
+def _tell(run: ReplayRun) -> None:
     from rich.console import Console
     from rich.table import Table
 
     console = Console(highlight=False)
-    node, played = found.role.other.words, found.role.words
-    if not outcome.met:
+    node, played, compared = run.found.role.other.words, run.found.role.words, run.comparison
+    if not run.met:
         console.print(f"nothing was played: no {node} answered", style="bold red")
         return
     console.print(
-        f"{outcome.played} frames of the {played} played in {outcome.run_s:.1f} s; "
-        f"the {node} said {outcome.said} frames where the log holds {outcome.logged}",
+        f"{len(run.late_ps)} frames of the {played} played in {run.run_s:.1f} s; "
+        f"the {node} said {compared.said} frames where the log holds {compared.logged}",
         soft_wrap=True,
     )
-    if outcome.garbled:
-        console.print(f"{outcome.garbled} of the {node}'s frames have a wrong checksum", style="bold red")
-    if outcome.rivals:
-        console.print(f"another {played} speaks on this bus: {outcome.rivals} frames", style="bold red")
-    within = f"{tolerance_ps / 1e9:g} ms"
-    if outcome.passed:
+    if compared.garbled:
+        console.print(f"{compared.garbled} of the {node}'s frames have a wrong checksum", style="bold red")
+    if run.rivals:
+        console.print(f"another {played} speaks on this bus: {run.rivals} frames", style="bold red")
+    within = f"{run.tolerance_ps / 1e9:g} ms"
+    if run.passed:
         console.print(f"the same answers as in the log, within {within}", style="green")
-    if not outcome.differences:
+    if not compared.differences:
         return
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
     for heading in ("from s", "to s", "axis", "message", "field", "log", node, "frames"):
         table.add_column(heading, justify="left" if heading in ("message", "field") else "right", no_wrap=True)
-    for each in outcome.differences[:_SHOWN]:
+    for each in compared.differences[:_SHOWN]:
         table.add_row(*_row(each))
     console.print(table)
-    number = len(outcome.differences) + outcome.more
+    number = len(compared.differences) + compared.more
     more = f", the first {_SHOWN} of them above" if number > _SHOWN else ""
     console.print(f"{number} difference{'s' * (number != 1)} beyond {within}{more}", style="bold red")
 

@@ -6,7 +6,7 @@ import contextlib
 from array import array
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from rtec.errors import FileFormatError, LinkError
@@ -17,7 +17,7 @@ from rtec.link.logs import read_log
 from rtec.link.messages import Kind
 from rtec.link.replay import replay
 from rtec.link.transport import Received, Transport
-from rtec.live.compared import Difference, ReplayComparison
+from rtec.live.compared import ReplayComparison
 from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
 from rtec.live.replayed_side import ReplayedSide, resealed
@@ -37,53 +37,6 @@ def tolerance_of(found: Survey) -> int:
     100
     """
     return round(CYCLES * max(found.cycle_ps, CYCLE_PS) / PS_PER_MS) * PS_PER_MS
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReplayOutcome:
-    """What came of a replay.
-
-    Parameters
-    ----------
-    met
-        Whether the node under test was heard at all.
-    lost
-        Whether the bus vanished before the end.
-    played
-        Frames that were sent.
-    logged, said
-        Frames of log and node that were compared.
-    garbled
-        Frames of the node with a wrong checksum.
-    rivals
-        Frames of another node that sends as the side that is played.
-    differences, more
-        What was found, and how much more than is kept.
-    run_s
-        How long it took, on the clock of the bus.
-    late
-        How late frames were sent: number, median, 99th percentile, maximum in ms.
-    notes
-        What the user should know before relying on it.
-    """
-
-    met: bool
-    lost: bool = False
-    played: int = 0
-    logged: int = 0
-    said: int = 0
-    garbled: int = 0
-    rivals: int = 0
-    differences: tuple[Difference, ...] = ()
-    more: int = 0
-    run_s: float = 0.0
-    late: dict[str, float | int | None]
-    notes: tuple[str, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """Return whether the node answered as in the log."""
-        return self.met and not self.lost and not self.differences and not self.garbled
 
 
 class ReplayRun:
@@ -118,65 +71,67 @@ class ReplayRun:
         start_up_s: float,
         show: Callable[[float], None] = lambda share: None,
     ) -> None:
-        self._path, self._transport, self._found, self._speed = path, transport, found, speed
+        self.found, self.speed, self.tolerance_ps = found, speed, tolerance_ps
+        self._path, self._transport = path, transport
         self._start_up_s, self._show = start_up_s, show
-        self._tolerance_ps = round(tolerance_ps * speed)
+        self._within_ps = round(tolerance_ps * speed)
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
-        self._comparison = ReplayComparison(found.role.other.kinds - absent, tolerance_ps=self._tolerance_ps)
+        self.comparison = ReplayComparison(found.role.other.kinds - absent, tolerance_ps=self._within_ps)
         self._side = ReplayedSide()
         self._begin_ps: int | None = None
-        self._late_ps = array("q")
-        self._rivals = 0
-        self._lost = False
-        self._notes: list[str] = []
+        self.met = False
+        """Whether the node under test was heard at all."""
+        self.lost = False
+        """Whether the bus vanished before the end."""
+        self.late_ps = array("q")
+        """How late each frame was sent."""
+        self.rivals = 0
+        """Frames of another node that sends as the side that is played."""
+        self.run_s = 0.0
+        """How long it took, on the clock of the bus."""
+        self.notes: list[str] = []
+        """What the user should know before relying on it."""
         # its machine code is loaded before it counts
         resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {})
         self._heard: dict[int, Frame] = {}
         self._recent: deque[Received] = deque()
 
-    def run(self) -> ReplayOutcome:
-        """Meet the node, play the log, compare; return what came of it."""
-        if not self._meet():
-            return ReplayOutcome(met=False, late=spread_ms([], per_ms=1.0), notes=tuple(self._notes))
+    @property
+    def passed(self) -> bool:
+        """Return whether the node answered as in the log."""
+        return self.met and not self.lost and not self.comparison.differences and not self.comparison.garbled
+
+    def run(self) -> None:
+        """Meet the node, play the log, compare."""
+        self.met = self._meet()
+        if not self.met:
+            return
         self._begin_ps = self._transport.now_ps()
         for received in self._recent:
             self._compare(received)
-        length_ps = self._found.end_ps - self._found.entry_ps
+        length_ps = self.found.end_ps - self.found.entry_ps
         try:
             replay(
                 self._frames(),
                 self._transport,
-                speed=self._speed,
+                speed=self.speed,
                 on_received=self._take,
                 as_sent=self._sent,
             )
-            self._listen(self._begin_ps + round((length_ps + self._tolerance_ps) / self._speed))
+            self._listen(self._begin_ps + round((length_ps + self._within_ps) / self.speed))
         except LinkError as error:  # the node may have ended, and its line with it: what it said until then counts
-            self._notes.append(f"the bus was lost: {error}")
-            length_ps = self._comparison.heard_ps
-            self._lost = True
-        self._comparison.finish(length_ps)
-        return ReplayOutcome(
-            met=True,
-            lost=self._lost,
-            played=len(self._late_ps),
-            logged=self._comparison.logged,
-            said=self._comparison.said,
-            garbled=self._comparison.garbled,
-            rivals=self._rivals,
-            differences=tuple(self._comparison.differences),
-            more=self._comparison.more,
-            run_s=(self._transport.now_ps() - self._begin_ps) / PS_PER_S,
-            late=spread_ms(self._late_ps, per_ms=PS_PER_MS),
-            notes=tuple(self._notes),
-        )
+            self.notes.append(f"the bus was lost: {error}")
+            length_ps = self.comparison.heard_ps
+            self.lost = True
+        self.comparison.finish(length_ps)
+        self.run_s = (self._transport.now_ps() - self._begin_ps) / PS_PER_S
 
     def _meet(self) -> bool:
         """Wait for the node under test: a box says its status, a PC answers a box that says its own."""
-        found = self._found
+        found = self.found
         until_ps = self._transport.now_ps() + round(self._start_up_s * PS_PER_S)
         if not found.homes:
-            self._notes.append(
+            self.notes.append(
                 f"the log takes no axis home: a {found.role.other.words} that has just started cannot follow it"
             )
         if found.role is Role.PC:
@@ -187,7 +142,7 @@ class ReplayRun:
             now_ps = self._transport.now_ps()
             if now_ps >= until_ps:
                 missing = ", ".join(str(identifier & AXIS_BITS) for identifier in sorted(wanted - self._heard.keys()))
-                self._notes.append(f"the {found.role.other.words} of axis {missing} was not heard")
+                self.notes.append(f"the {found.role.other.words} of axis {missing} was not heard")
                 return False
             for frame in found.before.values() if found.role is Role.BOX else ():
                 self._transport.send(self._side.repeated(frame))
@@ -198,14 +153,14 @@ class ReplayRun:
                 self._take(received)
         statuses = (frame for key, frame in self._heard.items() if key & ~AXIS_BITS == Kind.STATUS)
         if any(frame.data[3] & 7 == BoxState.FATAL for frame in statuses):
-            self._notes.append("the box has stopped for good before the log begins: switch it off and on")
+            self.notes.append("the box has stopped for good before the log begins: switch it off and on")
         return True
 
     def _take(self, received: Received) -> None:
         frame = received.frame
         kind = kind_of(frame)
-        if kind in self._found.role.kinds:
-            self._rivals += 1
+        if kind in self.found.role.kinds:
+            self.rivals += 1
         elif kind is not None and len(frame.data) == PAYLOAD_BYTES:
             self._side.said.take(frame)
             if self._begin_ps is not None:
@@ -213,32 +168,32 @@ class ReplayRun:
                 return
             self._heard[frame.identifier] = frame
             self._recent.append(received)
-            while received.arrival_ps - self._recent[0].arrival_ps > self._tolerance_ps / self._speed:
+            while received.arrival_ps - self._recent[0].arrival_ps > self._within_ps / self.speed:
                 self._recent.popleft()
 
     def _compare(self, received: Received) -> None:
-        at_ps = round((received.arrival_ps - (self._begin_ps or 0)) * self._speed)
-        self._comparison.node_says(at_ps, received.frame)
+        at_ps = round((received.arrival_ps - (self._begin_ps or 0)) * self.speed)
+        self.comparison.node_says(at_ps, received.frame)
 
     def _frames(self) -> Iterator[Logged]:
         """Yield what is to be played, and hand on what it is compared with."""
-        with contextlib.suppress(*([FileFormatError] if self._found.cut_off is not None else [])):
+        with contextlib.suppress(*([FileFormatError] if self.found.cut_off is not None else [])):
             for logged in read_log(self._path):
-                if logged.time_ps > self._found.end_ps:
+                if logged.time_ps > self.found.end_ps:
                     return
-                at_ps, kind = logged.time_ps - self._found.entry_ps, kind_of(logged.frame)
-                if kind in self._found.role.kinds:
+                at_ps, kind = logged.time_ps - self.found.entry_ps, kind_of(logged.frame)
+                if kind in self.found.role.kinds:
                     if at_ps >= 0:
                         yield replace(logged, time_ps=at_ps)
                 elif kind is not None:
                     self._side.logged.take(logged.frame)
-                    if at_ps >= -self._tolerance_ps:
-                        self._comparison.log_says(at_ps, logged.frame)
+                    if at_ps >= -self._within_ps:
+                        self.comparison.log_says(at_ps, logged.frame)
 
     def _sent(self, logged: Logged) -> Frame:
         begin_ps = self._begin_ps or 0
-        self._late_ps.append(self._transport.now_ps() - begin_ps - round(logged.time_ps / self._speed))
-        self._show(logged.time_ps / max(self._found.end_ps - self._found.entry_ps, 1))
+        self.late_ps.append(self._transport.now_ps() - begin_ps - round(logged.time_ps / self.speed))
+        self._show(logged.time_ps / max(self.found.end_ps - self.found.entry_ps, 1))
         return self._side.translated(logged.frame)
 
     def _listen(self, until_ps: int) -> None:
@@ -248,25 +203,26 @@ class ReplayRun:
                 return
 
 
-def replay_document(outcome: ReplayOutcome, found: Survey, *, speed: float, tolerance_ps: int) -> dict[str, object]:
+def replay_document(run: ReplayRun) -> dict[str, object]:
     """Return the report of a replay."""
+    found, compared = run.found, run.comparison
     return {
         "as": found.role.value,
-        "passed": outcome.passed,
-        "met": outcome.met,
-        "lost": outcome.lost,
-        "speed": speed,
-        "tolerance_ms": tolerance_ps / PS_PER_MS,
-        "played": outcome.played,
+        "passed": run.passed,
+        "met": run.met,
+        "lost": run.lost,
+        "speed": run.speed,
+        "tolerance_ms": run.tolerance_ps / PS_PER_MS,
+        "played": len(run.late_ps),
         "left_out": found.others,
-        "logged": outcome.logged,
-        "said": outcome.said,
-        "garbled": outcome.garbled,
-        "rivals": outcome.rivals,
-        "run_s": round(outcome.run_s, 3),
-        "late": outcome.late,
-        "differences": [asdict(difference) for difference in outcome.differences],
-        "differences_left_out": outcome.more,
+        "logged": compared.logged,
+        "said": compared.said,
+        "garbled": compared.garbled,
+        "rivals": run.rivals,
+        "run_s": round(run.run_s, 3),
+        "late": spread_ms(run.late_ps, per_ms=PS_PER_MS),
+        "differences": [asdict(difference) for difference in compared.differences],
+        "differences_left_out": compared.more,
         "cut_off": found.cut_off,
-        "notes": list(outcome.notes),
+        "notes": run.notes,
     }
