@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -56,11 +55,7 @@ class Confusion:
         """Lines that share a bar, counted together where all of them were played."""
         by_title = {score.line.title: score for score in self.scores}
         return tuple(
-            LineScore(
-                line=pool,
-                right=sum(by_title[title].right for title in pool.members),
-                trials=sum(by_title[title].trials for title in pool.members),
-            )
+            LineScore(line=pool, games=tuple(game for title in pool.members for game in by_title[title].games))
             for pool in the_pools()
             if set(pool.members) <= set(by_title)
         )
@@ -143,30 +138,8 @@ def confusion(
                     counted += game.right is not None
                     tell(line.title, (number + counted / trials) / len(played))
             tell(line.title, (number + 1.0) / len(played))
-            scores.append(scored(line, games))
+            scores.append(LineScore(line=line, games=tuple(games)))
     return Confusion(scores=tuple(scores), trials=trials, seed=seed)
-
-
-def scored(line: Line, games: Sequence[Game]) -> LineScore:
-    """Return how a judge did in the games of a line.
-
-    Examples
-    --------
-    >>> from rtec.blind.scenario import Scenario
-    >>> line = Line(title="a line", rule=Rule.NOTHING, share=0.95, scenarios=(Scenario(),))
-    >>> scored(line, [Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True)]).share
-    1.0
-    """
-    counting = [one for one in games if one.right is not None]
-    cells = Counter((one.hidden, one.said) for one in counting)
-    return LineScore(
-        line=line,
-        right=sum(one.right is True for one in counting),
-        trials=len(counting),
-        left_out=len(games) - len(counting),
-        cells=tuple((truth, said, count) for (truth, said), count in sorted(cells.items())),
-        games=tuple(games),
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 
 from rtec.blind.line import Line
@@ -89,22 +90,48 @@ class LineScore:
     ----------
     line
         What was played.
-    right, trials
-        Right answers, and trials that count.
-    left_out
-        Trials that do not count: weaker than what the judge says that it would find.
-    cells
-        (what was hidden, what was answered, how often).
     games
         All of them, in order.
+
+    Examples
+    --------
+    >>> from rtec.blind.answer import Rule
+    >>> from rtec.blind.scenario import Scenario
+    >>> line = Line(title="a line", rule=Rule.NOTHING, share=0.95, scenarios=(Scenario(),))
+    >>> game = Game(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True)
+    >>> score = LineScore(line=line, games=(game,))
+    >>> score.right, score.trials, score.cells
+    (1, 1, (('nothing', 'NONE', 1),))
     """
 
     line: Line
-    right: int
-    trials: int
-    left_out: int = 0
-    cells: tuple[tuple[str, str, int], ...] = ()
-    games: tuple[Game, ...] = ()
+    games: tuple[Game, ...]
+
+    @property
+    def counting(self) -> list[Game]:
+        """Games that count."""
+        return [game for game in self.games if game.right is not None]
+
+    @property
+    def right(self) -> int:
+        """Right answers."""
+        return sum(game.right is True for game in self.games)
+
+    @property
+    def trials(self) -> int:
+        """Games that count."""
+        return len(self.counting)
+
+    @property
+    def left_out(self) -> int:
+        """Games that do not count: weaker than what the judge says that it would find."""
+        return len(self.games) - self.trials
+
+    @property
+    def cells(self) -> tuple[tuple[str, str, int], ...]:
+        """(What was hidden, what was answered, how often)."""
+        found = Counter((game.hidden, game.said) for game in self.counting)
+        return tuple((truth, said, count) for (truth, said), count in sorted(found.items()))
 
     @property
     def share(self) -> float:

@@ -44,8 +44,7 @@ def grid(score: LineScore) -> list[list[str]]:
 
 def verdicts(score: LineScore) -> list[tuple[str, int]]:
     """Return how often each verdict was given, where each game hides another set of effects."""
-    counting = [game.verdict for game in score.games if game.right is not None] if _several(score) else []
-    return sorted(Counter(counting).items())
+    return sorted(Counter(game.verdict for game in score.counting).items()) if _several(score) else []
 
 
 def _several(score: LineScore) -> bool:
@@ -98,7 +97,7 @@ def _matrix(score: LineScore) -> list[list[str]]:
 
 
 def _tally(score: LineScore) -> list[list[str]]:
-    counting = [game for game in score.games if game.right is not None]
+    counting = score.counting
     hidden = Counter(name for game in counting for name in game.names)
     found = Counter(name for game in counting for name in set(game.names) & set(game.effects))
     made_up = Counter(name for game in counting for name in set(game.effects) - set(game.names))

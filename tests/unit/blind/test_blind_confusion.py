@@ -12,7 +12,7 @@ from rtec.blind.line import Line
 from rtec.blind.lines import the_lines
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import Scenario
-from rtec.blind.scored import LineScore, wilson
+from rtec.blind.scored import Game, LineScore, wilson
 from rtec.effects import Units
 from rtec.errors import ArgumentError
 from rtec.inference.results import Verdict
@@ -114,8 +114,9 @@ def test_trials_are_counted_and_tabulated():
 
 
 def test_rare_answers_share_a_column():
-    cells = (("scale", "rare", 1), ("scale", "rarer", 2), ("scale", "scale", 197))
-    score = LineScore(line=line(), right=197, trials=200, left_out=0, cells=cells)
+    said = ["rare"] + ["rarer"] * 2 + ["scale"] * 197
+    games = tuple(Game(trial=0, seed=0, plan="", hidden="scale", said=word, right=word == "scale") for word in said)
+    score = LineScore(line=line(), games=games)
     text = Confusion(scores=(score,), trials=200, seed=0).as_markdown()
     assert "| hidden \\ answered | scale | another |" in text
     assert "| scale | 197 | 3 |" in text

@@ -14,7 +14,7 @@ from rtec.blind.line import Line
 from rtec.blind.lines import the_lines
 from rtec.blind.noise import Noise
 from rtec.blind.scenario import OUTSIDE, Scenario
-from rtec.blind.scored import LineScore
+from rtec.blind.scored import Game, LineScore
 from rtec.errors import ArgumentError
 from rtec.metrology import Passes, Reading
 
@@ -119,8 +119,9 @@ def test_a_line_has_scenarios_or_draws_them():
 
 def test_a_line_with_too_many_games_left_out_is_missed():
     line = Line(title="a", rule=Rule.NAMED, share=0.5, scenarios=(Scenario(),), most_left_out=0.2)
-    assert LineScore(line=line, right=8, trials=8, left_out=2, cells=()).reached
-    assert not LineScore(line=line, right=8, trials=8, left_out=3, cells=()).reached
+    right, weak = (Game(trial=0, seed=0, plan="", hidden="", said="", right=how) for how in (True, None))
+    assert LineScore(line=line, games=(right,) * 8 + (weak,) * 2).reached
+    assert not LineScore(line=line, games=(right,) * 8 + (weak,) * 3).reached
 
 
 def test_lines_that_share_a_bar_are_counted_together():
@@ -131,7 +132,7 @@ def test_lines_that_share_a_bar_are_counted_together():
     assert "| nothing, drawn plans, all eight families of noise |" in result.as_markdown()
     assert "wrong at most 2% | 15 of 16 | 93.8% |" in result.as_markdown()
     assert confusion(lines[1:], 1, lambda _: ("NONE", ())).pools == ()
-    assert not LineScore(line=the_pools()[0], right=0, trials=0).reached
+    assert not LineScore(line=the_pools()[0], games=()).reached
 
 
 def test_drawn_sets_are_tallied_by_effect():
