@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -118,27 +117,24 @@ def harder_lines() -> tuple[Line, ...]:
         for count, (what, share) in _COUNTS.items()
     )
 
-    def line(title: str, rule: Rule, share: float, draw: Callable[[int, int], Scenario]) -> Line:
-        return Line(title=title, rule=rule, share=share, draw=draw)
-
     wrong = Rule.WRONG_NAME
     return (
         *(_null(noise) for noise in Noise),
-        line(
+        Line(
             "nothing, single runs, noise: correlated by place", wrong, 0.0,
-            partial(_nothing, Noise.BY_PLACE, (1, 1)),
+            draw=partial(_nothing, Noise.BY_PLACE, (1, 1)),
         ),
-        line(
+        Line(
             f"outside the library, {len(OUTSIDE)} kinds, 3 sigma, drawn plans", wrong, 0.95,
-            partial(_outside, OUTSIDE, MOST_RUNS),
+            draw=partial(_outside, OUTSIDE, MOST_RUNS),
         ),
-        line(
+        Line(
             f"outside the library, {len(SINGLE_RUN_OUTSIDE)} kinds, 3 sigma, single runs", wrong, 0.0,
-            partial(_outside, SINGLE_RUN_OUTSIDE, 1),
+            draw=partial(_outside, SINGLE_RUN_OUTSIDE, 1),
         ),
         *several,
-        line("one to four effects, 1 to 5 sigma, any drawn plan", Rule.NAMED, 0.0, _anything),
-        line("drives and moving logs, 3 sigma", Rule.NAMED, 0.95, _drive_or_log),
+        Line("one to four effects, 1 to 5 sigma, any drawn plan", Rule.NAMED, 0.0, draw=_anything),
+        Line("drives and moving logs, 3 sigma", Rule.NAMED, 0.95, draw=_drive_or_log),
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from rtec.blind.scenario import Scenario
 from rtec.errors import ArgumentError
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Line:
     """One line of what must be shown.
 

@@ -63,12 +63,6 @@ def _confounded() -> tuple[Scenario, ...]:
     return tuple(Scenario(names=(name,), strength_sigma=_ALIKE, plan=PLANS[plan]) for name, plan in hidden)
 
 
-def _line(
-    title: str, rule: Rule, share: float, scenarios: tuple[Scenario, ...], *, above_detectable: bool = False
-) -> Line:
-    return Line(title=title, rule=rule, share=share, scenarios=scenarios, above_detectable=above_detectable)
-
-
 def the_lines() -> tuple[Line, ...]:
     """Return the lines that are published.
 
@@ -82,36 +76,36 @@ def the_lines() -> tuple[Line, ...]:
     above = "above the detectable amplitude"
     forces = ("gravity", "force_map", "load_friction", "hysteresis")
     return (
-        _line("nothing, white noise", Rule.NOTHING, 0.95, tuple(Scenario(plan=plan) for plan in plans)),
-        _line(
+        Line("nothing, white noise", Rule.NOTHING, 0.95, tuple(Scenario(plan=plan) for plan in plans)),
+        Line(
             "nothing, correlated noise", Rule.NOTHING, 0.95,
             tuple(Scenario(noise=correlated, plan=plan) for plan in plans),
         ),
-        _line("a single effect, 3 sigma, white noise", Rule.NAMED, 0.95, _singles(_STRONG, white)),
-        _line("a single effect, 1 sigma, white noise", Rule.NAMED, 0.80, _singles(_WEAK, white)),
-        _line(
+        Line("a single effect, 3 sigma, white noise", Rule.NAMED, 0.95, _singles(_STRONG, white)),
+        Line("a single effect, 1 sigma, white noise", Rule.NAMED, 0.80, _singles(_WEAK, white)),
+        Line(
             f"a single effect, 3 sigma, correlated noise, {above}", Rule.NAMED, 0.95,
             _singles(_STRONG, correlated), above_detectable=True,
         ),
-        _line(
+        Line(
             f"a single effect, 1 sigma, correlated noise, {above}", Rule.NAMED, 0.80,
             _singles(_WEAK, correlated), above_detectable=True,
         ),
-        _line("two effects that are no look-alikes, 3 sigma each, white noise", Rule.NAMED, 0.85, _pairs()),
-        _line(
+        Line("two effects that are no look-alikes, 3 sigma each, white noise", Rule.NAMED, 0.85, _pairs()),
+        Line(
             "outside the library, 3 sigma, white noise", Rule.UNKNOWN, 0.80,
             tuple(Scenario(names=(name,)) for name in OUTSIDE_OF_GAME),
         ),
-        _line("look-alikes on a poor plan, 5 sigma, white noise", Rule.TIED, 0.95, _confounded()),
-        _line(
+        Line("look-alikes on a poor plan, 5 sigma, white noise", Rule.TIED, 0.95, _confounded()),
+        Line(
             "after the true effects are added, white noise", Rule.FLOOR, 0.95,
             _singles(_STRONG, white) + _pairs(),
         ),
-        _line(
+        Line(
             "a lag in a moving log, 3 sigma, white noise", Rule.NAMED, 0.95,
             tuple(Scenario(names=(name,), plan=PLANS["moving"]) for name in LAGS),
         ),
-        _line(
+        Line(
             "forces by angle, position or load, and hysteresis in a moving log, 3 sigma, white noise", Rule.NAMED,
             0.95, _singles(_STRONG, white, forces),
         ),
