@@ -13,10 +13,10 @@ from pathlib import Path
 
 import rtec.examples.designs as right_ones
 from rtec.conformance.contract import Contract
-from rtec.conformance.hunt import Hunted, hunt
+from rtec.conformance.hunt import hunt
 from rtec.conformance.python_class import PythonClass
 from rtec.conformance.suite import TRIES, check_algorithm
-from rtec.conformance.trials import Trials
+from rtec.conformance.trials import Run, Trials
 from rtec.examples import mutants
 from rtec.injector import Design
 from rtec.report.rendering import markdown_page
@@ -48,11 +48,11 @@ def designs() -> dict[str, Design]:
     return found
 
 
-def hunted(algorithm: PythonClass, contract: Contract, seed: int, at_random: float, cuts: int = 0) -> Hunted:
+def hunted(algorithm: PythonClass, contract: Contract, seed: int, at_random: float) -> tuple[Run | None, int]:
     """Hunt alone, the time to settle measured as the suite does."""
     trials = Trials(algorithm, contract)
     trials.measure_settling()
-    return hunt(trials, tries=TRIES, seed=seed, at_random=at_random, cuts=cuts)
+    return hunt(trials, tries=TRIES, seed=seed, at_random=at_random)
 
 
 def seen(name: str, design: Design) -> Row:
@@ -60,16 +60,16 @@ def seen(name: str, design: Design) -> Row:
     contract = Contract.of(design)
     with PythonClass(FILE, name) as algorithm:
         checks = [check.name for check in check_algorithm(algorithm, contract).checks if check.passed is False]
-        guided = [hunted(algorithm, contract, seed, 0.1, cuts=2000) for seed in SEEDS]
+        guided = [hunted(algorithm, contract, seed, 0.1) for seed in SEEDS]
         at_random = [hunted(algorithm, contract, seed, 1.0) for seed in SEEDS]
-    found = [one.worst for one in guided if one.worst is not None]
+    found = [worst for worst, _ in guided if worst is not None]
     shortest = min(found, key=lambda run: (len(run.case.stream), len(str(run.case.stream))), default=None)
     return Row(
         name=name,
         wrong=(inspect.getdoc(getattr(mutants, name)) or "").splitlines()[0],
         checks=checks,
-        guided=[one.made if one.worst else None for one in guided],
-        at_random=[one.made if one.worst else None for one in at_random],
+        guided=[made if worst else None for worst, made in guided],
+        at_random=[made if worst else None for worst, made in at_random],
         shortest="" if shortest is None else str(shortest.case.stream),
     )
 

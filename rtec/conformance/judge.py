@@ -72,8 +72,6 @@ class Judgement:
         What does not hold, or None.
     completed
         Steps that the algorithm says it has inserted, at the end.
-    refused
-        Whether it refused what was asked for last.
     separation_ps
         Shortest time from a change of one line at the controller to one of the other; None where there was none.
     pulse_ps
@@ -85,7 +83,6 @@ class Judgement:
 
     violation: Violation | None
     completed: int
-    refused: bool
     separation_ps: int | None
     pulse_ps: int | None
     delay_ps: int
@@ -189,7 +186,6 @@ def judge(
     return Judgement(
         violation=violation,
         completed=done,
-        refused=refused,
         separation_ps=None if seen.separation_ps >= NEVER else seen.separation_ps,
         pulse_ps=None if seen.pulse_ps >= NEVER else seen.pulse_ps,
         delay_ps=seen.delay_ps,

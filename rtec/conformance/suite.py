@@ -154,11 +154,11 @@ class _Suite:
             self.checks.append(Check(name="worst case", passed=None, reason=f"not tried: {self.over}"))
             return None
         done = len(self.checks) / parts
-        found = hunt(
+        worst, made = hunt(
             self.trials, tries=self.tries, seed=self.seed, progress=lambda share: self.progress(done + share / parts)
         )
-        self._book("worst case", found.worst, f"{found.made} streams hunted, every count right")
-        return found.worst
+        self._book("worst case", worst, f"{made} streams hunted, every count right")
+        return worst
 
     def _margins(self, wrong: list[Run]) -> None:
         """Say of separation and delay how near they came, or which run broke them."""
