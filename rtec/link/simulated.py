@@ -6,8 +6,7 @@ There is one clock for all. It stands still while a program computes, and moves 
   its own node arrives or the time it was given is reached. What arrives for others meanwhile waits for them, with the
   time at which it arrived.
 * Several transports driven from one thread take turns: the one that waits advances the time for all. A transport that
-comes late
-  finds its frames, as a program that was busy would.
+  comes late finds its frames, as a program that was busy would.
 * A look that may not wait and finds nothing costs `POLL_PS`, so that a program that looks again and again gets on.
 * `send` takes no time. The frames of one node leave in the order in which they were sent; between nodes the lowest
   identifier wins the bus.
