@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from operator import attrgetter
 from typing import Generic, TypeVar, cast
 
@@ -148,12 +149,22 @@ def bench_of(
 
 
 class _Armed:
-    """A fault beyond the bus while it waits, lasts, or is over."""
+    """A fault at a box while it waits, lasts, or is over."""
 
-    def __init__(self, fault: Fault) -> None:
-        self.fault = fault
-        self.record = fault_records([fault])[0]
-        self.lasts = False
+    def __init__(self, fault: Fault, box: BenchBox) -> None:
+        self.fault, self._box = fault, box
+        self._record = fault_records([fault])[0]
+        self._lasts = False
+
+    def change(self, *, begins: bool) -> None:
+        """Let it begin or end."""
+        self._lasts = begins
+        self._box.change(self._record, begins=begins)
+
+    @property
+    def times(self) -> int:
+        """Return how often it took effect so far."""
+        return self._box.effects(self._record) if self._lasts else int(self._record.fired)
 
 
 class Workbench:
@@ -210,30 +221,16 @@ class Workbench:
             return
         if fault.place not in self.boxes:
             raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
-        self.boxes[fault.place].settings.check_fault(fault)
-        armed = _Armed(fault)
+        box = self.boxes[fault.place]
+        box.settings.check_fault(fault)
+        armed = _Armed(fault, box)
         self._armed.append(armed)
-        self.bus.at(fault.from_ps, lambda: self._begin(armed))
+        self.bus.at(fault.from_ps, partial(armed.change, begins=True))
         if fault.until_ps is not None:
-            self.bus.at(fault.until_ps, lambda: self._end(armed))
+            self.bus.at(fault.until_ps, partial(armed.change, begins=False))
 
     @property
     def activations(self) -> tuple[tuple[Fault, int], ...]:
         """Return every fault and how often it took effect so far."""
         on_bus = zip(self._on_bus, (activation.times for activation in self.bus.fired), strict=True)
-        return (*on_bus, *((armed.fault, self._times(armed)) for armed in self._armed))
-
-    def _begin(self, armed: _Armed) -> None:
-        armed.lasts = True
-        self._box(armed).change(armed.record, begins=True)
-
-    def _end(self, armed: _Armed) -> None:
-        armed.lasts = False
-        self._box(armed).change(armed.record, begins=False)
-
-    def _times(self, armed: _Armed) -> int:
-        """Return how often a fault at an axis took effect so far."""
-        return self._box(armed).effects(armed.record) if armed.lasts else int(armed.record.fired)
-
-    def _box(self, armed: _Armed) -> BenchBox:
-        return self.boxes[armed.fault.place or 0]
+        return (*on_bus, *((armed.fault, armed.times) for armed in self._armed))
