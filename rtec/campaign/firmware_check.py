@@ -189,7 +189,6 @@ class _Campaign:
             trace=None if firmware is None else self._trace(firmware),
         )
 
-    # --- up to the home position ---
     def _start(self, bench: Bench) -> None:
         """Make the checks up to the home position, each going on from the one before."""
         power_up = bench.keep()
@@ -203,7 +202,6 @@ class _Campaign:
         if not self.checks[-1].passed:
             self.checks.append(Check(name="all else", passed=None, detail="not tried: the box is not at home"))
 
-    # --- what is of the box alone ---
     def _of_the_box(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
@@ -253,7 +251,6 @@ class _Campaign:
         off = f"the controller off by {seen.worst_counts_off:+d} counts at worst, {illegal}"
         return f"{seen.tried} resets, all lines released; {off}"
 
-    # --- what every insertion algorithm owes ---
     def _insertions(self, firmware: Firmware) -> None:
         """Hold the program to the suite of all algorithms, then to the pins and speeds that are its own."""
         plan, bench = self.plan, firmware.bench
@@ -305,7 +302,6 @@ class _Campaign:
         again = partial(firmware.replay, stimulus)
         self._fail(firmware.bench, name, reason, t_ps, again, stream=str(run.case.stream))
 
-    # --- what is kept ---
     def _trace(self, firmware: Firmware) -> Trace | None:
         """Return the shortest run that fails as the bench records it, or else the slowest insertion."""
         worst = None if self.suite is None else self.suite.worst

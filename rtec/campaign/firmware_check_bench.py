@@ -122,7 +122,6 @@ class Bench:
         self._level, self._seen_level = 0, self.board.idle(until_ps=0).final
         self.begin()
 
-    # --- time ---
     @property
     def now_ps(self) -> int:
         """Return the present time."""
@@ -168,7 +167,6 @@ class Bench:
         self.reading_ps = kept.reading_ps
         self.begin()
 
-    # --- the axis ---
     def move(self, frequency_hz: float, direction: int) -> None:
         """Let the axis move from now on."""
         first_ps = self.now_ps + 1
@@ -181,7 +179,6 @@ class Bench:
         self.run_for(round((abs(counts) - 0.5) * period_ps) + 1)
         self.motion = None
 
-    # --- running ---
     def run_for(self, duration_ps: int) -> None:
         """Run for so long, the axis moving as it does.
 
@@ -258,7 +255,6 @@ class Bench:
         self.board.reset()
         self._origin_ps = self.now_ps - self.board.cpu.cycles * self.cycle_num // self.cycle_den
 
-    # --- what is seen ---
     @property
     def words(self) -> Words:
         """Return the words to the PC, valid or not."""
@@ -314,7 +310,6 @@ class Bench:
             self.run_for(self.reading_ps // looks)
         return True
 
-    # --- replay ---
     def executed_until(self, replay: Callable[[], Any], *, take: int, t_ps: int, cycles: int) -> tuple[Executed, ...]:
         """Replay up to a time and return the instructions begun in the cycles before it.
 

@@ -74,7 +74,6 @@ class MonitoredAxis:
     drift_counts: int
     """Counts that the controller has gone ahead of the encoder since the stop."""
     alarm: Alarm
-    pc_state: PcState
     pc_reason: HoldReason
     box_status: Status
     """``pc_reason``, ``box_status``: why the PC held, and what the box said, when the first axis of the machine was
@@ -82,7 +81,6 @@ class MonitoredAxis:
     following_counts: float
     """Largest difference between command and counts beyond the lag of the feed: what a speed check sees."""
     checks: int
-    step_counts: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,8 +100,6 @@ class MonitoredCell(Cell):
     ----------
     stations, moves, predictor, faults
         As of a :class:`~rtec.machine.cell.Cell`.
-    truth
-        What a healthy PC would predict by; by default as the PC does.
     slice_ps
         Between two looks.
 
@@ -123,14 +119,13 @@ class MonitoredCell(Cell):
         predictor: Predictor,
         *,
         faults: Sequence[Fault] = (),
-        truth: Predictor | None = None,
         slice_ps: int = SLICE_PS,
     ) -> None:
         self._run_monitored: Any = None
         super().__init__(stations, moves, predictor, faults=faults)
         self._slice_ps = slice_ps
         self._freeze_ps = NEVER
-        self._truth = bound_curve(predictor if truth is None else truth, "truth")
+        self._truth = bound_curve(predictor, "truth")
         self._monitors = np.rec.array(np.zeros(len(stations), dtype=kernels.MONITOR))
         for record, station in zip(self._monitors, stations, strict=True):
             step_counts = station.injector.design.step_counts
@@ -202,7 +197,7 @@ class MonitoredCell(Cell):
         return Stop(by=first.stopped_by, reason=_reason_of(axes, first), detected_s=detected_s)
 
     def _monitored_axis(self, i: int) -> MonitoredAxis:
-        state, pc, record = self._stations[i], self._pcs[i], self._monitors[i]
+        state, record = self._stations[i], self._monitors[i]
         injector, box = state.injector, state.node.box
         step_counts = int(record.step_counts)
         ahead = int(state.receiver.count - state.encoder.count)
@@ -223,12 +218,10 @@ class MonitoredCell(Cell):
             stop_counts=float(record.stop_error),
             drift_counts=ahead - int(record.stop_ahead) if stopped else 0,
             alarm=Alarm(int(state.alarm)),
-            pc_state=PcState(int(pc.pc.state)),
             pc_reason=HoldReason(int(record.seen_reason)),
             box_status=Status(int(record.seen_status)),
             following_counts=float(record.following),
             checks=int(record.checks),
-            step_counts=step_counts,
         )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import builtins
 import inspect
 import shutil
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
 from typing import Any, ClassVar, Literal
@@ -100,9 +102,22 @@ def _parameters(of: Callable[..., Any], panel: str | None) -> Iterator[inspect.P
         yield one.replace(annotation=hint, kind=inspect.Parameter.KEYWORD_ONLY)
 
 
+class _Names(dict[str, Any]):
+    """What annotations name: as in their module, or any object where that is imported for the type check alone."""
+
+    def __init__(self, of: Callable[..., Any]) -> None:
+        self._module = vars(sys.modules[of.__module__])
+
+    def __missing__(self, name: str) -> Any:
+        return self._module.get(name, getattr(builtins, name, object))
+
+
 def _annotations(of: Callable[..., Any]) -> dict[str, Any]:
-    """Return what parameters or fields are annotated with; its names are those of the module, not of the class."""
-    return inspect.get_annotations(of, locals={}, eval_str=True)
+    """Return what parameters or fields are annotated with.
+
+    What stands behind some kinds of values takes a second to load; what makes a value of a text loads it.
+    """
+    return inspect.get_annotations(of, locals=_Names(of), eval_str=True)
 
 
 def _put_together(of: Callable[..., Any], given: Mapping[str, Any]) -> Any:

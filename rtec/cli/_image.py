@@ -5,13 +5,15 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 import typer
 
-from rtec.cli._kinds import Microcontroller
 from rtec.cli._words import files_ending
 from rtec.errors import RtecError
+
+if TYPE_CHECKING:
+    from rtec.board import Microcontroller
 
 HEX = typer.Argument(
     ...,

@@ -13,12 +13,12 @@ import typer
 
 from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
-from rtec.cli._kinds import Design
 from rtec.cli._live import MACHINE, TIMES
 from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, said, whole, works
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
+    from rtec.injector import Design
     from rtec.live.box_loop import BoxLoop
     from rtec.live.events import Events
     from rtec.live.screen import Screen

@@ -13,7 +13,6 @@ import typer
 
 from rtec.cli import _console, _measured
 from rtec.cli._groups import OptionGroup
-from rtec.cli._kinds import Clock, Design, Microcontroller, Processor, RealEdges, States, Stream
 from rtec.cli._motion import AskedMotion, motion
 from rtec.cli._parameters import (
     apart,
@@ -37,9 +36,17 @@ from rtec.io import FIGURES
 from rtec.units import FREQUENCY, SWEEP
 
 if TYPE_CHECKING:
+    from rtec.board import Microcontroller
     from rtec.cli._check_algorithm import Chosen
     from rtec.conformance.results import Verdict
+    from rtec.conformance.streams import Stream
     from rtec.conformance.trials import Run
+    from rtec.injector import Design, Processor, RealEdges
+
+    Clock = tuple[int, int]
+    """A period in ps as a ratio."""
+    States = tuple[int, ...]
+    """Angle states 0 to 3."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

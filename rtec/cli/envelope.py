@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._kinds import Design, Microcontroller
 from rtec.cli._motion import AskedMotion, acceleration, motion
 from rtec.cli._parameters import (
     apart,
@@ -28,7 +27,9 @@ from rtec.errors import ArgumentError
 from rtec.io import FIGURES
 
 if TYPE_CHECKING:
+    from rtec.board import Microcontroller
     from rtec.campaign.envelope_motion import InMotion
+    from rtec.injector import Design
 
 
 def envelope(

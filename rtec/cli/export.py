@@ -11,7 +11,6 @@ import typer
 from rtec.checks import number_within
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json
-from rtec.cli._kinds import Precision
 from rtec.cli._parameters import force, member, option, quantity, word, written
 from rtec.errors import ArgumentError
 from rtec.units import LENGTH, UNITS, parse_quantity
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
 
     from rtec.inference.model import Model
     from rtec.predictors import KnownPredictor, Predictor
+    from rtec.study.c_source import Precision
 
 _SHORTEST_MM = 1e-3
 _FARTHEST_MM = 1e6

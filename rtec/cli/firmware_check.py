@@ -12,14 +12,16 @@ import typer
 
 from rtec.cli import _console, _measured
 from rtec.cli._image import HEX, as_bad_input, with_part
-from rtec.cli._kinds import Design, Microcontroller
 from rtec.cli._parameters import design, flag, force, processor, quantity, said, whole, word, written
 from rtec.cli._words import PROCESSORS
 from rtec.io import FIGURES, read_any_text
 from rtec.units import FREQUENCY
 
 if TYPE_CHECKING:
-    from rtec.campaign import Check, FirmwareCheckPlan, FirmwareVerdict
+    from rtec.board import Microcontroller
+    from rtec.campaign.firmware_check import FirmwareCheckPlan
+    from rtec.campaign.firmware_check_results import Check, FirmwareVerdict
+    from rtec.injector import Design
 
 _LISTED = 12
 """Instructions shown before a failure; --json holds more."""
@@ -70,7 +72,7 @@ def check(
     Example: rtec firmware check mine.ihx --design original --no-hold-latch --figure mine.png
     """
     from firmware_model import read_hex
-    from rtec.campaign import FirmwareCheckPlan, check_firmware
+    from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware
 
     with as_bad_input():
         plan = FirmwareCheckPlan(

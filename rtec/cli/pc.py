@@ -13,13 +13,13 @@ import typer
 
 from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
-from rtec.cli._kinds import Design
 from rtec.cli._live import MACHINE, TIMES
 from rtec.cli._parameters import apart, flag, needs, option, quantity, time_ps, word
 from rtec.errors import ArgumentError
 from rtec.units import LENGTH, PS_PER_S
 
 if TYPE_CHECKING:
+    from rtec.injector import Design
     from rtec.predictors import Predictor
     from rtec.requester.pc_node import PcNode
     from rtec.requester.settings import HandshakeSettings

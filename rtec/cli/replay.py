@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import note, print_json, progress
-from rtec.cli._kinds import Role
 from rtec.cli._live import BITRATE, BUS, CHANNEL, OUTPUT, TIMES, BusWords, interface, seconds
 from rtec.cli._parameters import flag, member, pure, time_ps
 
 if TYPE_CHECKING:
     from rtec.live.compared import Difference
+    from rtec.live.played import Role
     from rtec.live.replay_run import ReplayRun
 
 _FAILS = 1

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import announce_compilation, note, print_json, progress
-from rtec.cli._kinds import Microcontroller
 from rtec.cli._parameters import flag, folder, force, needs, processor, quantity, whole, written
 from rtec.cli._words import PROCESSORS
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
+    from rtec.board import Microcontroller
     from rtec.report.illustrations import Illustration
     from rtec.study.results import StudyResult
 

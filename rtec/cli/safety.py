@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._kinds import Design
 from rtec.cli._parameters import design, force, option, said, time_ps, whole, written
 from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from rtec.campaign.safety import SafetyCase
     from rtec.campaign.safety_matrix import MatrixPlan
     from rtec.campaign.soak import SoakPlan
+    from rtec.injector import Design
 
 _PS_PER_H = 3600 * PS_PER_S
 

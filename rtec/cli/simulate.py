@@ -13,7 +13,6 @@ import typer
 
 from rtec.cli import _console
 from rtec.cli._groups import OptionGroup
-from rtec.cli._kinds import Design, IllegalPolicy, Multiplication, RealEdges
 from rtec.cli._motion import ACCELERATION, AskedMotion, acceleration, motion
 from rtec.cli._parameters import (
     Works,
@@ -39,7 +38,8 @@ from rtec.units import ANGLE, FREQUENCY, parse_in, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.axis import Encoder, Program
-    from rtec.injector import InjectorSettings
+    from rtec.controller import IllegalPolicy, Multiplication
+    from rtec.injector import Design, InjectorSettings, RealEdges
     from rtec.machine import OpenPath
     from rtec.machine.stretch import Stretch
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rtec.cli import _console, _measured
-from rtec.cli._kinds import Design
 from rtec.cli._parameters import design
 
 if TYPE_CHECKING:
+    from rtec.injector import Design
     from rtec.injector.walk import Walk
 
 

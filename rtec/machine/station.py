@@ -107,10 +107,10 @@ class Station:
         if len(frame.data) == PAYLOAD_BYTES and not frame.extended:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
 
-    def follow(self, moves: Sequence[Move], *, repeats: bool = False) -> None:
-        """Make other moves from here on, one after the other; over and over where ``repeats``."""
+    def follow(self, moves: Sequence[Move]) -> None:
+        """Make other moves from here on, one after the other."""
         self._axes.follow([moves])
-        self._state.repeats = int(repeats)
+        self._state.repeats = 0
         self._state.moving_to = 0
         self._state.arrived_ps = NEVER
 

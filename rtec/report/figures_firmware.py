@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rtec.campaign import FirmwareVerdict, Trace
+from rtec.campaign.firmware_check_results import FirmwareVerdict, Trace
 from rtec.injector import Design
 from rtec.report.appearance import look_of
 from rtec.report.figures_style import new_figure

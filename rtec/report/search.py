@@ -148,8 +148,9 @@ def belief_words(result: StudyResult, learned: Learned, shown: Shown) -> str:
     rms, worst = (
         shown.with_unit(value) for value in (result.predictor_score.rms_mm, result.predictor_score.worst_mm)
     )
+    points = learned.predictor.forward_positions_mm.size
     words = (
-        f"The PC's predictor is this model, its datum included, as a table of {number(learned.points)} points in "
+        f"The PC's predictor is this model, its datum included, as a table of {number(points)} points in "
         f"each direction from {low:g} to {high:g} mm, joined by straight lines; beyond its ends their error is held. "
         "The controller's own table is sampled from it. All along the travel, between the calibration's targets, "
         f"too, it is off the true error by {rms} RMS, {worst} at worst."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -37,15 +37,6 @@ _PLACES = 50_001
 
 Reporter: TypeAlias = Callable[[str, float], Report]
 """Returns what is told of the progress of a part: its name, and about the seconds that it takes."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LearnedModel:
-    """What was learned, and the predictor that the PC gets."""
-
-    learned: Learned
-    predictor: BidirectionalTable
-    left_out: tuple[LeftOut, ...]
 
 
 def calibrate(study: Study, machine: Machine, report: Report, *, number: int = 1) -> tuple[Readings, float]:
@@ -80,7 +71,7 @@ def calibration_measurement(readings: Readings, period_mm: float | None) -> Meas
     return replace(measurement_of_readings(readings, facts), source=SOURCE)
 
 
-def learn(study: Study, machine: Machine, reporter: Reporter) -> LearnedModel:
+def learn(study: Study, machine: Machine, reporter: Reporter) -> Learned:
     """Calibrate an axis, find the effects behind the readings, and make a predictor of them.
 
     The search begins with a perfect axis. As often as the study allows, the axis is measured again at targets that
@@ -107,13 +98,13 @@ def learn(study: Study, machine: Machine, reporter: Reporter) -> LearnedModel:
     diagnosis = rounds[-1].diagnosis
     predictor, left_out = _predictor(study, diagnosis.model)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]
-    learned = Learned(
+    return Learned(
         rounds=tuple(rounds),
-        points=predictor.forward_positions_mm.size,
+        predictor=predictor,
+        left_out=left_out,
         scores=tuple(_score_of_model(study, model) for model in models),
         wall_s=time.perf_counter() - begun,
     )
-    return LearnedModel(learned=learned, predictor=predictor, left_out=left_out)
 
 
 def learning_s(study: Study) -> float:

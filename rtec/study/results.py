@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.inference.results import Diagnosis
+from rtec.inference.static_predictor import LeftOut
 from rtec.machine import Ending, LoopResult
 from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
+from rtec.predictors import BidirectionalTable
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 
@@ -139,8 +141,10 @@ class Learned:
     """What the calibration of an unknown axis showed, in one round or several."""
 
     rounds: tuple[Round, ...]
-    points: int
-    """Of the predictor's table, in each direction."""
+    predictor: BidirectionalTable
+    """What the PC gets."""
+    left_out: tuple[LeftOut, ...]
+    """Effects found that it cannot hold."""
     scores: tuple[TruthScore, ...]
     """At the calibration's targets: of the perfect axis that the search began with, and after each of its steps."""
     wall_s: float

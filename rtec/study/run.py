@@ -75,18 +75,17 @@ def run_study(
         # what does not depend on the predictor begins before it is known
         rows = [jobs.row("uncompensated", _troubled(study, _machine(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
-        learned_model = None
+        learned = None
         if study.learns:
-            learned_model = learn(study, _machine(study), workers.reporter)
-            study = replace(study, model=learned_model.predictor, left_out=learned_model.left_out)
+            learned = learn(study, _machine(study), workers.reporter)
+            study = replace(study, model=learned.predictor, left_out=learned.left_out)
         rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
         feeds = [jobs.feed(study, design) for design in study.designs]
-        if learned_model is not None and meanwhile is not None:
-            meanwhile(learned_model.learned)
+        if learned is not None and meanwhile is not None:
+            meanwhile(learned)
         measured = tuple(row.result() for row in rows)
         feed_curves = tuple(feed.result() for feed in feeds)
         hold_curves = tuple(hold.result() for hold in holds)
-    learned = None if learned_model is None else learned_model.learned
     return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, begun)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from firmware_model import Image, read_hex
 from rtec.board import Microcontroller
-from rtec.campaign import FirmwareCheckPlan, check_firmware, default_frequencies
+from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware, default_frequencies
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from rtec.campaign import Trace
 from rtec.campaign.firmware_check_bench import Motion
+from rtec.campaign.firmware_check_results import Trace
 from rtec.injector import Totals
 from rtec.signal import EdgeStream
 

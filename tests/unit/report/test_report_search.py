@@ -16,6 +16,7 @@ from rtec.inference.diagnose import diagnose
 from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_measurement
+from rtec.predictors import BidirectionalTable
 from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
 from rtec.report.document import study_document
@@ -49,7 +50,9 @@ def learned():
         plan=PLAN, readings=readings, machine_s=7200.0, missed_mm=deviation, left_mm=deviation - deviation.mean(),
         diagnosis=diagnosis, score=TruthScore(rms_mm=0.0012, worst_mm=0.0031),
     )  # fmt: skip
-    return Learned(rounds=(first,), points=5001, scores=scores, wall_s=1.0)
+    places = np.linspace(0.0, 1.0, 5001)
+    table = BidirectionalTable.on_grid(places, 0.0 * places, 0.0 * places)
+    return Learned(rounds=(first,), predictor=table, left_out=(), scores=scores, wall_s=1.0)
 
 
 @pytest.fixture(scope="module")

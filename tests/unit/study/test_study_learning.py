@@ -49,7 +49,7 @@ def off_truth(learned, predictor):
 
 def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
     study, learned_model = lathe
-    readings = learned_model.learned.rounds[0].readings
+    readings = learned_model.rounds[0].readings
     assert readings.size == 12_488
     assert np.unique(readings.target_mm) == pytest.approx(np.linspace(1, 40, 1561) * INCH, abs=1e-4 * INCH)
     truth = np.where(
@@ -65,7 +65,7 @@ def test_the_calibration_is_the_thesiss_and_has_its_own_noise(lathe):
 
 
 def test_the_second_round_meets_what_the_first_hides_at_a_quarter_of_its_machine_time(lathe):
-    first, second = lathe[1].learned.rounds
+    first, second = lathe[1].rounds
     assert first.diagnosis.unseen_periods == ("0.635 mm / k", "1.27 mm")
     assert np.unique(np.round(np.mod(first.readings.target_mm, 6.35), 3) % 6.35).size == 10
     assert np.unique(np.round(np.mod(second.readings.target_mm, 6.35), 3) % 6.35).size > 1000
@@ -74,12 +74,12 @@ def test_the_second_round_meets_what_the_first_hides_at_a_quarter_of_its_machine
     # the second readings took no part in the first search, and show what it could not know
     assert np.sqrt(np.mean(second.missed_mm**2)) > 0.0014
     assert np.sqrt(np.mean(second.left_mm**2)) < 0.00115
-    assert lathe[1].learned.readings.size == first.readings.size + second.readings.size
+    assert lathe[1].readings.size == first.readings.size + second.readings.size
 
 
 def test_the_second_round_brings_the_model_nearer_to_the_axis_all_along(lathe):
-    first, second = lathe[1].learned.rounds
-    whole = off_truth(lathe[1].learned, lathe[1].predictor)
+    first, second = lathe[1].rounds
+    whole = off_truth(lathe[1], lathe[1].predictor)
     assert rms(whole) == pytest.approx(second.score.rms_mm, rel=0.02)
     assert rms(whole) < 0.0007
     assert first.score.rms_mm > 0.001
@@ -110,25 +110,25 @@ def test_the_model_is_below_1_7_um_of_the_noise_free_curve(lathe):
     after = rms(np.concatenate([learned_model.predictor.error_mm(grid, way) - curve[way] for way in (1, -1)]))
     assert before == pytest.approx(0.0854, abs=0.0001)
     assert after < 0.0017
-    scores = learned_model.learned.scores
+    scores = learned_model.scores
     assert scores[0].rms_mm == pytest.approx(before, rel=1e-6)
     assert scores[-1].rms_mm == pytest.approx(after, rel=0.02)  # the table's straight lines
     assert [score.rms_mm for score in scores] == sorted((score.rms_mm for score in scores), reverse=True)
-    assert len(scores) == 1 + len(learned_model.learned.diagnosis.steps)
+    assert len(scores) == 1 + len(learned_model.diagnosis.steps)
 
 
 def test_the_effects_are_those_of_the_screw(lathe):
     learned_model = lathe[1]
-    names = set(learned_model.learned.diagnosis.effects)
+    names = set(learned_model.diagnosis.effects)
     assert names & {"backlash", "backlash_map"}
     assert {"cyclic", "pitch_map"} <= names
-    shape = next(term.shape for term in learned_model.learned.diagnosis.model.terms if term.name == "cyclic")
+    shape = next(term.shape for term in learned_model.diagnosis.model.terms if term.name == "cyclic")
     assert shape.by_direction
     assert shape.period == pytest.approx(6.35, abs=0.001)
     assert shape.harmonics > 5, "ten targets a turn would show no more"
     # the printed network jumps where the screw has turned once, and no reading stands between the step and there
     assert 6.35 - 6.35 / 200 < shape.step_at <= 6.35
-    first = next(t.shape for t in learned_model.learned.rounds[0].diagnosis.model.terms if t.name == "cyclic")
+    first = next(t.shape for t in learned_model.rounds[0].diagnosis.model.terms if t.name == "cyclic")
     assert 3 <= first.harmonics <= 5 and first.step_at == 0.0
     assert learned_model.left_out == ()
 
