@@ -48,16 +48,16 @@ def image(tmp_path):
 @pytest.fixture
 def judged_once(monkeypatch):
     """The program of a test is judged once, in whatever form it is told."""
-    import rtec.campaign
+    from rtec.campaign import firmware_check
 
-    judge, verdicts = rtec.campaign.check_firmware, []
+    judge, verdicts = firmware_check.check_firmware, []
 
     def once(plan, progress):
         if not verdicts:
             verdicts.append(judge(plan, progress))
         return verdicts[0]
 
-    monkeypatch.setattr(rtec.campaign, "check_firmware", once)
+    monkeypatch.setattr(firmware_check, "check_firmware", once)
 
 
 QUICK = ("--design", "original", "--phases", "1", "--frequency", "2kHz", "--tries", "16")
