@@ -125,7 +125,7 @@ class MeasuredOptions(OptionGroup):
             A file that cannot be read or does not fit the others, or an option that is wrong.
         """
         from rtec.dataset.load import load_dataset
-        from rtec.dataset.lock import locked
+        from rtec.dataset.many_rows import locked
         from rtec.inference.compare import check_model
         from rtec.inference.model_file import read_model, read_observe
 

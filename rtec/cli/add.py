@@ -83,7 +83,7 @@ def add(
     Example: rtec add windup z_axis.csv --distance "2 mm" -o windup.toml --json
     """
     from rtec.effects import effect_named
-    from rtec.inference.addition import add as added
+    from rtec.inference.diagnose import add as added
     from rtec.inference.model_file import write_model
 
     what = effect_named(effect)

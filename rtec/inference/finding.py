@@ -1,20 +1,27 @@
-"""What a search found, before it is put into words."""
+"""What a search found, before it is put into words, and the staircase that leads to it."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from scipy.special import stdtr
+
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape, effect_named
-from rtec.inference.fit import fitted_terms, holding_datum, residual_of
+from rtec.inference.answer import EQUAL, adjusted_p
+from rtec.inference.fit import fitted_terms, holding_datum, residual_of, values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.probes import Probe
-from rtec.inference.results import Outlier
+from rtec.inference.results import Outlier, Step
 from rtec.inference.scored import Scored
 from rtec.inference.search import Search
 from rtec.inference.space import Choice
 
+BEYOND_DOUBT = 0.001
+"""Adjusted probability below which a constant is an offset: that it is a datum is the rule."""
 OFFSET = effect_named("offset")
 
 
@@ -92,3 +99,96 @@ class Finding:
         if self.heldout is not None:
             return self.heldout.rms(residual_of(self.heldout, self.fitted(model)))
         return self.dataset.rms(self.search.gate.held_out(model))
+
+
+def in_order(found: Finding) -> tuple[list[Choice], list[Scored]]:
+    """Return the effects in the order in which the held-out error falls fastest, and the models on the way."""
+    judge = found.search.judge
+    held = [choice for choice in found.model.choices if choice in found.search.given]
+    left = [c for c in found.model.choices if c not in found.search.given and not isinstance(c[0], Probe)]
+    models = [judge.score(held)]
+    while left:
+        trials = [judge.score([*held, choice], models[-1]) for choice in left]
+        errors = [found.dataset.rms(found.search.gate.held_out(trial)) for trial in trials]
+        ready = [not c[0].builds_on or bool(c[0].builds_on & {e.name for e, _ in held}) for c in left]
+        k = min(range(len(left)), key=lambda i: (not ready[i], errors[i]))
+        held.append(left.pop(k))
+        models.append(trials[k])
+    return held, models
+
+
+def offset_of(found: Finding) -> Offset | None:
+    """Return the constant of the readings where it is an offset of its own, else None.
+
+    A deviation is measured from a datum: an instrument is set to zero at the first reading, or the mean is taken off.
+    Only a constant beyond all that the effects found go through is more than their choice of zero.
+    """
+    judge, dataset = found.search.gate.free, found.dataset
+    if not judge.space.has_datum or any(isinstance(e, Probe) for e, _ in found.model.choices) or found.begun.terms:
+        return None
+    ones = np.ones((1, dataset.rows))
+    model = judge.score(found.model.choices)
+    fit = judge.fit(model)
+    best = model.colours[0][1]
+    # of all noises that the readings leave possible the one that hides a constant best
+    error = max(
+        float(np.sqrt(judge.fit(model, colour).variance / (judge.space.view(colour).whitening.of(ones) ** 2).sum()))
+        for colour, likelihood in model.colours
+        if likelihood > best - EQUAL
+    )
+    reach = sum(float(np.ptp(fit.contribution(k))) for k in range(len(fit.parts)))
+    _, datum = fitted_terms(judge, found.model)
+    beyond = max(abs(float(dataset.observed.mean())) - reach, 0.0)
+    p = float(min(1.0, 2.0 * stdtr(dataset.rows - 1, -beyond / max(error, 1e-300)) * len(judge.space.library)))
+    if p >= BEYOND_DOUBT:
+        return None
+    held_out = found.search.gate.held_out(judge.score(()))
+    return Offset(datum, error, p) if dataset.rms(held_out) < dataset.rms(dataset.observed) else None
+
+
+def _constant_step(found: Finding, offset: Offset, before: Scored) -> Step:
+    fitted = found.fitted(before)
+    return Step(
+        effect=OFFSET.name,
+        params=values_of(fitted.terms[0], fitted),
+        rms_train=found.rms_left(before),
+        rms_heldout=found.rms_heldout(before),
+        gain=found.dataset.rms(found.dataset.observed) ** 2 - found.rms_heldout(before) ** 2,
+        gain_error=0.0,
+        p_adjusted=offset.p,
+        reason=f"adjusted p {offset.p:.2g}: a constant beyond what any effect's zero explains",
+        model=fitted,
+    )
+
+
+def steps_of(found: Finding, order: Sequence[Choice], models: Sequence[Scored]) -> tuple[Step, ...]:
+    """Return the staircase: each effect added to those before it, everything refitted.
+
+    What it brings is said of the step; whether it stays was decided beside all the others, by the probability shown.
+    """
+    steps = [] if found.offset is None else [_constant_step(found, found.offset, models[0])]
+    search, names = found.search, list(found.model.names)
+    error = found.rms_heldout(found.model) if order else 0.0
+    for count, (before, after) in enumerate(itertools.pairwise(models), len(order) - len(models) + 2):
+        choice = order[count - 1]
+        fitted = found.fitted(after, order[:count])
+        k = found.model.choices.index(choice)
+        p = adjusted_p(search.judge, found.model, k)
+        fall = found.rms_heldout(before) ** 2 - found.rms_heldout(after) ** 2
+        certain = found.probability.get(choice[0].name, 0.0)
+        needed = found.rms_heldout(search.neighbours.without(found.model, k)) > error
+        steps.append(
+            Step(
+                effect=choice[0].name,
+                params=values_of(fitted.terms[-1], fitted),
+                rms_train=found.rms_left(after),
+                rms_heldout=found.rms_heldout(after),
+                gain=fall,
+                gain_error=search.gate.gain(before, after).error,
+                p_adjusted=p,
+                reason=(f"probability {certain:.3f}, " if names.count(choice[0].name) == 1 else "")
+                + f"adjusted p {p:.2g}, held-out error {'lower' if needed else 'not lower'} with it",
+                model=fitted,
+            )
+        )
+    return tuple(steps)

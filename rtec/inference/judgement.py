@@ -39,7 +39,7 @@ from rtec.inference.experiment import (
     experiment_for_unknown,
     experiment_of,
 )
-from rtec.inference.finding import OFFSET, Finding
+from rtec.inference.finding import OFFSET, Finding, in_order, offset_of, steps_of
 from rtec.inference.fit import residual_of
 from rtec.inference.gate import IN_DOUBT, generic
 from rtec.inference.leftover import unknown_structure
@@ -47,7 +47,6 @@ from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
 from rtec.inference.scored import Scored
-from rtec.inference.staircase import in_order, offset_of, steps_of
 
 HARD_TO_SEE = 3.0
 """Where half of the effects have to exceed so many noise floors to be seen, nothing found means little."""

@@ -8,8 +8,7 @@ control holds its negative.
 """
 
 from rtec.predictors.axis_tables import AxisTables
-from rtec.predictors.cautious import Cautious
-from rtec.predictors.curve import NoError
+from rtec.predictors.curve import Cautious, NoError
 from rtec.predictors.network import LatheNetwork
 from rtec.predictors.predictor_file import KnownPredictor, is_predictor_file, read_predictor, write_predictor
 from rtec.predictors.protocol import FORWARD, REVERSE, Model, Predictor

@@ -19,7 +19,7 @@ from rtec.dataset.load import load_dataset
 from rtec.injector import Design
 from rtec.machine import MeasuringRun, measuring_run, run_machine
 from rtec.predictors import Predictor
-from rtec.predictors.cautious import Cautious
+from rtec.predictors.curve import Cautious
 from rtec.study import Study, builtin_study
 from rtec.training import all_methods, compare_predictors
 

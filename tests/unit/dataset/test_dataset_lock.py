@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, measured
 
-from rtec.dataset.lock import locked
+from rtec.dataset.many_rows import locked
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 

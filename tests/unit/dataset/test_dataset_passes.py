@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.dataset.load import load_dataset
-from rtec.dataset.lock import locked
-from rtec.dataset.many_rows import looked_at
+from rtec.dataset.many_rows import locked, looked_at
 from rtec.metrology import Column, Measurement
 
 

@@ -8,7 +8,7 @@ from inference_oracle import SIGMA, covariance, measured, one_chain
 
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
-from rtec.inference.addition import add
+from rtec.inference.diagnose import add
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Verdict
 

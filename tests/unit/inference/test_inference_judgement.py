@@ -8,7 +8,7 @@ from inference_oracle import SIGMA, measured, pushed
 
 from rtec.effects import Shape, effect_named
 from rtec.inference.diagnose import diagnose, nothing_testable
-from rtec.inference.finding import Finding
+from rtec.inference.finding import Finding, in_order
 from rtec.inference.fit import values_of
 from rtec.inference.judgement import HARD_TO_SEE, _inconclusive, _verdict, judged
 from rtec.inference.model import Model
@@ -18,7 +18,6 @@ from rtec.inference.results import Outlier, Unknown, Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
-from rtec.inference.staircase import in_order
 
 SCALE, BACKLASH, CYCLIC, WARM, WINDUP = (
     effect_named(n) for n in ("scale", "backlash", "cyclic", "warm_up", "windup")
