@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
-from rtec.errors import ArgumentError
 
 VISIBLE = 0.05
 """Share of a step that the rounding of the positions must vary by, standard deviation; evenly spread it is 0.29."""
@@ -29,32 +27,20 @@ class Quantisation(Effect):
 
     Notes
     -----
-    A continuous value u is recorded as ``q round(u / q)`` (:meth:`rounded`). The column, for data made of positions
-    alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis
+    A continuous value u is recorded as ``q round(u / q)``, halves to the even neighbour. The column, for data made of
+    positions alone, is the rounding error ``q round(x / q) - x`` of the commanded position x: where an axis
     comes to rest at whole counts it is a sawtooth over the positions, with the amplitude 1. It vanishes where all
     positions are whole steps.
 
     Examples
     --------
-    >>> Quantisation().rounded(np.array([0.0121, -0.0029]), 0.003).round(9).tolist()
-    [0.012, -0.003]
+    >>> rounding_error(np.array([0.0121, -0.0029]), 0.003).round(9).tolist()
+    [-0.0001, -0.0001]
     """
 
     name = "quantisation"
     shape_type = QuantisationShape
     never_ranked = True
-
-    def rounded(self, values: npt.ArrayLike, step: float) -> Floats:
-        """Return the values as they are recorded in whole steps, halves to the even neighbour.
-
-        Raises
-        ------
-        ArgumentError
-            A step that is not a finite number above 0.
-        """
-        if not (np.isfinite(step) and step > 0):
-            raise ArgumentError("step", step, "a finite number above 0")
-        return np.round(np.asarray(values, dtype=np.float64) / step) * step
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return round steps that the positions show, from a hundred thousandth of the span to half a gap."""
@@ -63,17 +49,12 @@ class Quantisation(Effect):
         widest = float(np.median(np.diff(conditions.places))) / 2
         low = np.floor(np.log10(1e-5 * conditions.span))
         found = [part * 10.0**power for power in np.arange(low, np.log10(widest) + 1) for part in DECADES]
-        off = {
-            step: np.std(self.rounded(conditions.places, step) - conditions.places)
-            for step in found
-            if step <= widest
-        }
+        off = {step: np.std(rounding_error(conditions.places, step)) for step in found if step <= widest}
         return [QuantisationShape(step) for step, spread in off.items() if spread > VISIBLE * step]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the rounding error of the positions, shape (rows, 1)."""
-        step = own_shape(shape, QuantisationShape).step
-        return (self.rounded(conditions.position, step) - conditions.position)[:, None]
+        return rounding_error(conditions.position, own_shape(shape, QuantisationShape).step)[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the share of the rounding error, 1 where positions are rounded and observed in the same unit."""
@@ -81,3 +62,8 @@ class Quantisation(Effect):
             return (Amplitude("share", "", 1.0),)
         unit, factor = units.shown
         return (Amplitude("share", f"{unit}/{units.position}", factor),)
+
+
+def rounding_error(values: Floats, step: float) -> Floats:
+    """Return by how much values change when they are recorded in whole steps, shape (rows,)."""
+    return np.round(values / step) * step - values

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.inference.gate import Gate
-from rtec.inference.neighbours import Neighbours
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import bearable, beside, refine
+from rtec.inference.proposals import Neighbours, bearable, beside, refine
 from rtec.inference.scored import Judge, Scored, replaced
 
 REGROUPED = 3

@@ -10,8 +10,8 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
-from rtec.inference.neighbours import Neighbours
 from rtec.inference.probes import Probe
+from rtec.inference.proposals import Neighbours
 from rtec.inference.scored import Fit, Judge, Scored, replaced
 from rtec.inference.space import Space
 

@@ -9,8 +9,8 @@ import numpy as np
 from rtec.effects import Shape
 from rtec.inference.exchanges import HOPELESS, OUT_OF_REACH, Exchanges
 from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, WORTH, Gate, generic
-from rtec.inference.neighbours import MOST_EFFECTS, Neighbours
 from rtec.inference.probes import Probe, changing
+from rtec.inference.proposals import MOST_EFFECTS, Neighbours
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.space import Choice, Space
 
