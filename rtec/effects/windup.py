@@ -38,14 +38,23 @@ class WindupShape(Shape):
     settled: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "wound up before the log began"))
 
 
+def too_sparse(conditions: Conditions) -> str | None:
+    """Return why data cannot show what happens after a reversal, or None."""
+    if not conditions.both_directions and not _begun_apart(conditions):
+        return f"one direction only, and not from {BEGUN_APART} places far apart"
+    near = CLOSE * conditions.span
+    count = int((distances(conditions) <= near).sum())
+    if count >= FEWEST_DISTANCES:
+        return None
+    unit = conditions.position_unit
+    return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
+
+
 class AfterReversal(ScannedEffect):
     """Base of the reversal errors that change over a distance after the reversal."""
 
     over = Over.REVERSAL
-
-    def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show what happens after a reversal, or None."""
-        return too_sparse(conditions)
+    data_checks = (too_sparse,)
 
     def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
         """Return that too few readings after reversals show what happens there, or None."""
@@ -151,18 +160,6 @@ def _remembered(conditions: Conditions, shapes: Sequence[WindupShape]) -> Floats
     found = np.empty((len(shapes), conditions.rows))
     wind_up(conditions.position, conditions.motion_begins, first, distances, found)
     return found[:, rows]
-
-
-def too_sparse(conditions: Conditions) -> str | None:
-    """Return why data cannot show what happens after a reversal, or None."""
-    if not conditions.both_directions and not _begun_apart(conditions):
-        return f"one direction only, and not from {BEGUN_APART} places far apart"
-    near = CLOSE * conditions.span
-    count = int((distances(conditions) <= near).sum())
-    if count >= FEWEST_DISTANCES:
-        return None
-    unit = conditions.position_unit
-    return f"{count} distances within {near:.3g} {unit} after a reversal only: at least {FEWEST_DISTANCES} needed"
 
 
 def unseen_distances(conditions: Conditions) -> Sequence[float]:

@@ -25,7 +25,9 @@ class Sums:
     readings: int
 
 
-def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) -> tuple[NDArray[np.int64], float]:
+def best_scales(
+    sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64], *, together: bool = False
+) -> tuple[NDArray[np.int64], float]:
     """Return the place of each block on the ladder of scales that makes the readings most likely, and how likely.
 
     Parameters
@@ -34,6 +36,9 @@ def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) 
         Number of the block that each column belongs to, shape (columns,).
     start
         Places to begin from, shape (blocks,).
+    together
+        Whether all blocks keep their proportions and move by one place at most: under the next colour of the grid the
+        noise has up to ten times the variance, and contributions of the same size stand one place lower.
 
     Notes
     -----
@@ -48,22 +53,11 @@ def best_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) 
     >>> SCALES[places].round(2).tolist(), round(float(value + 50.0 * np.log(125.0)), 2)
     ([0.32], 8.83)
     """
-    from rtec.inference._evidence_kernels import climb  # noqa: PLC0415 - loads numba, for searches only
+    from rtec.inference._evidence_kernels import climb, shift  # noqa: PLC0415 - loads numba, for searches only
 
     places = start.copy()
-    return places, climb(sums.products, sums.readings, block, SCALES, places)
-
-
-def shifted_scales(sums: Sums, block: NDArray[np.int64], start: NDArray[np.int64]) -> tuple[NDArray[np.int64], float]:
-    """Return the same where all blocks keep their proportions and move by one place at most.
-
-    Under the next colour of the grid the noise has up to ten times the variance, and contributions of the same size
-    stand one place lower.
-    """
-    from rtec.inference._evidence_kernels import shift  # noqa: PLC0415 - as above
-
-    places = start.copy()
-    return places, shift(sums.products, sums.readings, block, SCALES, places)
+    move = shift if together else climb
+    return places, move(sums.products, sums.readings, block, SCALES, places)
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, float]:

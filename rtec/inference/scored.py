@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
-from rtec.inference.evidence import SCALES, Sums, best_scales, posterior, shifted_scales
+from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
 EVERY_COLOUR = 60
@@ -110,8 +110,7 @@ class ColourSearch:
 
     def _look(self, colour: Colour, start: NDArray[np.int64], *, tune: bool) -> float:
         """Return how likely a colour is, with the best scales or those of ``start``."""
-        scales_from = best_scales if tune else shifted_scales
-        self.scales[colour], value = scales_from(self.sums(colour), self.block, start)
+        self.scales[colour], value = best_scales(self.sums(colour), self.block, start, together=not tune)
         self.found[colour] = value - 0.5 * self.space.view(colour).log_determinant - colour.rarity
         return self.found[colour]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import log_marginal
 
-from rtec.inference.evidence import SCALES, Sums, best_scales, posterior, shifted_scales
+from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
 
 
 def sums_of(table, y):
@@ -30,7 +30,8 @@ def dense(table, y, deviations):
 def test_the_marginal_likelihood_is_that_of_a_multivariate_normal(seed):
     table, y = drawn(seed)
     blocks, start = np.arange(3), np.array([0, 4, 9])
-    for places, value in (find(sums_of(table, y), blocks, start) for find in (best_scales, shifted_scales)):
+    for together in (False, True):
+        places, value = best_scales(sums_of(table, y), blocks, start, together=together)
         expected = log_marginal(y, table, SCALES[places], np.eye(y.size), datum=False)
         assert value == pytest.approx(expected, abs=1e-6)
         assert dense(table, y, SCALES[places]) == pytest.approx(expected, abs=1e-6)
