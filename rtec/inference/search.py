@@ -12,7 +12,7 @@ from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, WORTH, Gate, generic
 from rtec.inference.probes import Probe, changing
 from rtec.inference.proposals import MOST_EFFECTS, Neighbours
 from rtec.inference.scored import Judge, Scored, best_of_names
-from rtec.inference.space import Choice, Space
+from rtec.inference.space import Choice
 
 GATED, GATED_GENERIC, UNGATED = 2, 1, 1
 """Models that are carried on: those whose every effect has earned its place, without a probe and with one, and one
@@ -45,22 +45,12 @@ class Search:
         begin: tuple[Choice, ...] = (),
         refused: dict[str, str] | None = None,
     ) -> None:
-        self.judge, self.begin = judge, begin
+        self.judge, self.space, self.given, self.begin = judge, judge.space, given, begin
         self.neighbours = Neighbours(judge, given)
         self.gate = Gate(self.neighbours, {} if refused is None else refused)
         self.exchanges = Exchanges(self.gate)
         self.doubts: set[str] = set()
         """Names of effects that the data suggest but cannot bear out."""
-
-    @property
-    def space(self) -> Space:
-        """The data."""
-        return self.judge.space
-
-    @property
-    def given(self) -> tuple[Choice, ...]:
-        """Effects of the model that the search begins with: they stay."""
-        return self.neighbours.given
 
     def run(self, tell: Progress) -> Scored:
         """Return the best model in which every effect has earned its place.

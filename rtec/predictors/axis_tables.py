@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,16 +129,12 @@ class AxisTables(Curve):
 
     tables: tuple[AxisTable, ...]
     range_mm: tuple[float, float]
+    function = staticmethod(_kernels.tables_error)
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.tables) <= _kernels.MOST_TABLES:
             raise ArgumentError("tables", len(self.tables), f"1 to {_kernels.MOST_TABLES} tables")
         object.__setattr__(self, "range_mm", span("range_mm", self.range_mm))
-
-    @property
-    def function(self) -> Callable[..., float]:
-        """The compiled function."""
-        return _kernels.tables_error
 
     @property
     def reach_mm(self) -> Reach:

@@ -126,21 +126,13 @@ class NoError(Curve):
     """
 
     __slots__ = ()
-
-    @property
-    def function(self) -> Callable[..., float]:
-        """Zero."""
-        return _kernels.no_error
+    function = staticmethod(_kernels.no_error)
+    range_mm = (-np.inf, np.inf)
 
     @property
     def numbers(self) -> Floats:
         """None."""
         return np.empty(0)
-
-    @property
-    def range_mm(self) -> tuple[float, float]:
-        """All positions."""
-        return (-np.inf, np.inf)
 
     def __repr__(self) -> str:
         return "NoError()"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,17 +137,13 @@ class TrainedNetworks(Curve):
     networks: tuple[LayeredNetwork, ...]
     range_mm: tuple[float, float]
     pitch_mm: float = 1.0
+    function = staticmethod(_kernels.layered_error)
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.networks) <= 4:
             raise ArgumentError("networks", len(self.networks), "1 to 4 networks")
         object.__setattr__(self, "pitch_mm", length("pitch_mm", self.pitch_mm))
         object.__setattr__(self, "range_mm", span("range_mm", self.range_mm))
-
-    @property
-    def function(self) -> Callable[..., float]:
-        """The compiled function."""
-        return _kernels.layered_error
 
     @property
     def reach_mm(self) -> Reach:
