@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import numpy.typing as npt
@@ -186,32 +187,16 @@ class Cautious(Curve):
 
     predictor: Predictor
     unsure_mm: float
+    function = property(attrgetter("predictor.function"))
+    inputs = property(attrgetter("predictor.inputs"))
+    ranges = property(attrgetter("predictor.ranges"))
+    range_mm = property(attrgetter("predictor.range_mm"))
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.unsure_mm) and self.unsure_mm >= 0.0):
             raise ArgumentError("unsure_mm", self.unsure_mm, "a finite length from 0")
 
     @property
-    def function(self) -> Callable[..., float]:
-        """That of the predictor; what calls it takes the interval off."""
-        return self.predictor.function
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """Those of the predictor."""
-        return tuple(self.predictor.inputs)
-
-    @property
-    def ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Those of the predictor."""
-        return self.predictor.ranges
-
-    @property
-    def numbers(self) -> npt.NDArray[np.float64]:
-        """Those of the predictor."""
+    def numbers(self) -> Floats:
+        """Those of the predictor; what calls the function takes the interval off."""
         return np.array(self.predictor.numbers, dtype=np.float64)
-
-    @property
-    def range_mm(self) -> tuple[float, float]:
-        """That of the predictor."""
-        return self.predictor.range_mm
