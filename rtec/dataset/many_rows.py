@@ -21,7 +21,7 @@ MOST_AT_REST, MOST_IN_MOTION = 1600, 900
 """Readings that a search looks at. Those of a log know their neighbours: a thousand say what is there."""
 
 
-def looked_at(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Dataset:
+def shortened(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Dataset:
     """Return the readings that a search looks at: all, or a part with whole runs or whole cells where they are many.
 
     All of them up to ``most`` rows, and where a log was decimated; else about so many at most. Of repeated readings
@@ -37,7 +37,7 @@ def looked_at(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Data
     >>> from rtec.metrology import Column, Measurement
     >>> columns = {"target": np.tile(np.arange(10.0), 50), "deviation": np.zeros(500)}
     >>> columns = {name: Column(name, "mm", values) for name, values in columns.items()}
-    >>> looked_at(load_dataset(Measurement(source="x", facts={}, columns=columns, unknown={})), most=400).notes[-1]
+    >>> shortened(load_dataset(Measurement(source="x", facts={}, columns=columns, unknown={})), most=400).notes[-1]
     '400 of 500 readings are searched, 40 of 50 runs: more would take long and tell nothing new'
     """
     if dataset.rows <= most or dataset.resample is not None:
@@ -79,7 +79,7 @@ def _part(dataset: Dataset, rows: Ints, how: str) -> Dataset:
     return replace(dataset.alone(rows), notes=(*dataset.notes, note))
 
 
-def drawn(dataset: Dataset, seed: int = 0) -> Dataset:
+def search_sample(dataset: Dataset, seed: int = 0) -> Dataset:
     """Return what a search looks at of a long measurement, drawn by a seed; the final fit takes everything.
 
     Of readings at rest that repeat, whole conditions with all their repeats, so that differences between repeats

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.many_rows import drawn, looked_at
+from rtec.dataset.many_rows import search_sample, shortened
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.answer import probabilities, settled
@@ -63,7 +63,7 @@ def diagnose(
         A model of another quantity, or one with effects that the data cannot show.
     """
     tell = progress or (lambda share: None)
-    dataset = looked_at(dataset, seed=seed)
+    dataset = shortened(dataset, seed=seed)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
@@ -75,7 +75,7 @@ def diagnose(
     tell(0.05)
     if dataset.never_changes or not any(not isinstance(effect, Probe) for effect in space.library):
         return nothing_testable(Search(Judge(space), given), begun)
-    part = drawn(dataset, seed)
+    part = search_sample(dataset, seed)
     known = () if begin is None else tuple((t.effect, t.shape) for t in begin.terms if t.shape is not None)
     search = Search(Judge(space if part is dataset else Space(part)), given, known)
     best = search.run(lambda share: tell(0.05 + 0.6 * share))
@@ -216,7 +216,7 @@ def add(
     ArgumentError
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
-    effect, dataset = effect_named(effect_name), looked_at(dataset, seed=seed)
+    effect, dataset = effect_named(effect_name), shortened(dataset, seed=seed)
     if dataset.never_changes:
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")

@@ -8,7 +8,7 @@ from inference_oracle import measured
 
 from rtec.dataset import many_rows as module
 from rtec.dataset.drive_signals import Resample
-from rtec.dataset.many_rows import ENOUGH_REPEATS, MOST_ROWS, drawn, looked_at, one_of_every
+from rtec.dataset.many_rows import ENOUGH_REPEATS, MOST_ROWS, one_of_every, search_sample, shortened
 from rtec.effects import effect_named
 from rtec.effects.frequency_grid import frequencies
 from rtec.inference.diagnose import diagnose
@@ -29,14 +29,14 @@ def counts(data):
 
 def test_what_is_not_too_large_is_looked_at_as_it_is():
     data = measured()
-    assert looked_at(data) is data
-    assert looked_at(data, most=210) is data
-    assert looked_at(data, most=209) is not data
+    assert shortened(data) is data
+    assert shortened(data, most=210) is data
+    assert shortened(data, most=209) is not data
 
 
 def test_of_many_runs_whole_ones_are_kept_evenly_spaced():
     data = measured(runs=200, targets=3)
-    part = looked_at(data, most=300)
+    part = shortened(data, most=300)
     assert part.rows == 300
     assert equal_runs(part) == (50, 6)
     steps = np.diff(np.unique(part.conditions.run))
@@ -47,7 +47,7 @@ def test_of_many_runs_whole_ones_are_kept_evenly_spaced():
 
 def test_of_many_conditions_some_are_drawn_with_all_their_readings():
     data = measured(runs=5, targets=100)
-    part = looked_at(data, most=200)
+    part = shortened(data, most=200)
     assert equal_runs(part) == (5, 40)
     assert (counts(part) == 5).all()
     slots = np.flatnonzero(np.isin(data.observed, part.observed))[:40]
@@ -56,14 +56,14 @@ def test_of_many_conditions_some_are_drawn_with_all_their_readings():
 
 
 def test_many_runs_of_many_conditions():
-    part = looked_at(measured(runs=100, targets=50), most=1500)
+    part = shortened(measured(runs=100, targets=50), most=1500)
     assert equal_runs(part) == (ENOUGH_REPEATS, 50)
     assert "30 of 100 runs, 50 of 100 conditions" in part.notes[-1]
 
 
 def test_cells_are_numbered_anew_and_those_without_repeats_are_told():
     data = measured(runs=3, targets=60).take(np.arange(250))  # the last run is short
-    part = looked_at(data, most=60)
+    part = shortened(data, most=60)
     used = counts(part)
     assert (used > 1).all()
     assert used.size == np.unique(part.cell[part.cell >= 0]).size
@@ -76,20 +76,20 @@ def test_cells_are_numbered_anew_and_those_without_repeats_are_told():
 def test_a_cell_read_very_often_in_one_run():
     data = measured(runs=400, targets=5)
     one = replace(data, conditions=replace(data.conditions, run=np.ones(4000, dtype=np.int64)))
-    part = looked_at(one, most=200)
+    part = shortened(one, most=200)
     assert part.rows <= 200
     assert (counts(part) == ENOUGH_REPEATS).all()
 
 
 def test_without_repeats_rows_are_drawn_from_all_of_the_file():
     data = measured(runs=1, targets=5000)
-    part = looked_at(data, most=1000)
+    part = shortened(data, most=1000)
     assert part.rows == 1000
     rows = part.conditions.order
     assert (np.floor(rows / 10) == np.arange(1000)).all()
     assert len(set((rows % 10).tolist())) == 10
-    assert (looked_at(data, most=1000).observed == part.observed).all()  # always the same draw
-    assert looked_at(data, most=1000, seed=1).observed.tolist() != part.observed.tolist()
+    assert (shortened(data, most=1000).observed == part.observed).all()  # always the same draw
+    assert shortened(data, most=1000, seed=1).observed.tolist() != part.observed.tolist()
     assert (part.observed == data.observed[rows.astype(int)]).all()
 
 
@@ -103,14 +103,14 @@ def test_one_row_of_every_so_many(step, rows):
 def test_a_decimated_log_stays_whole():
     data = measured(runs=1, targets=5000)
     whole = Resample(stretches=((0, 10_000),), stages=())
-    assert looked_at(replace(data, resample=whole), most=100).rows == 10_000
+    assert shortened(replace(data, resample=whole), most=100).rows == 10_000
 
 
 @pytest.mark.parametrize("plan", [{"runs": 4, "targets": 5000}, {"runs": 2500, "targets": 8}])
 def test_a_search_in_a_large_measurement_finds_the_same(plan):
     data = measured(lambda x, way, t, run: 0.004 * way, timed=False, **plan)
     assert data.rows >= 2 * MOST_ROWS
-    part = looked_at(data, most=400)
+    part = shortened(data, most=400)
     assert 380 <= part.rows <= 400
     result = diagnose(part)
     assert result.effects == ("backlash",)
@@ -118,7 +118,7 @@ def test_a_search_in_a_large_measurement_finds_the_same(plan):
 
 
 def test_the_diagnosis_looks_at_a_part_and_says_so(monkeypatch):
-    monkeypatch.setattr("rtec.inference.diagnose.looked_at", lambda data, seed: looked_at(data, most=210, seed=seed))
+    monkeypatch.setattr("rtec.inference.diagnose.shortened", lambda data, seed: shortened(data, most=210, seed=seed))
     result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=5, targets=42, timed=False))
     assert result.dataset.rows == 210
     assert any("210 of 420 readings are searched" in note for note in result.notes)
@@ -132,28 +132,28 @@ CYCLIC = effect_named("cyclic")
 
 def test_what_is_not_long_is_looked_at_as_it_is():
     data = measured()
-    assert drawn(data) is data
+    assert search_sample(data) is data
 
 
 def test_whole_cells_are_kept(monkeypatch):
     monkeypatch.setattr(module, "MOST_AT_REST", 200)
     data = measured(runs=6, targets=60)
-    part = drawn(data)
+    part = search_sample(data)
     assert 150 <= part.rows <= 200
     for cell in np.unique(part.cell):
         assert (part.cell == cell).sum() == 6
     assert np.unique(np.diff(np.unique(part.cell))).size > 2, "drawn, not at equal steps"
     assert part.rows < data.rows == 720
-    again = drawn(data)
+    again = search_sample(data)
     assert (again.observed == part.observed).all(), "always the same"
-    assert drawn(data, seed=1).observed.tolist() != part.observed.tolist()
+    assert search_sample(data, seed=1).observed.tolist() != part.observed.tolist()
 
 
 def test_readings_that_nothing_repeats_are_drawn_one_by_one(monkeypatch):
     monkeypatch.setattr(module, "MOST_AT_REST", 200)
     data = measured(runs=6, targets=60)
     data = replace(data, cell=np.where(np.isin(data.cell, np.unique(data.cell)[:60]), -1, data.cell))
-    part = drawn(data)
+    part = search_sample(data)
     assert 100 <= part.rows <= 220
     share = (part.cell < 0).mean()
     assert 0.3 < share < 0.7, "neither all of them nor none"
@@ -162,7 +162,7 @@ def test_readings_that_nothing_repeats_are_drawn_one_by_one(monkeypatch):
 def test_a_part_resolves_the_periods_that_the_whole_resolves(monkeypatch):
     monkeypatch.setattr(module, "MOST_AT_REST", 80)
     data = measured(runs=2, at=np.linspace(0.0, 300.0, 301))
-    part = drawn(data)
+    part = search_sample(data)
     whole = frequencies(data.conditions)
     alone = frequencies(replace(part.conditions, whole=None))
     assert frequencies(part.conditions).tolist() == whole.tolist()
@@ -175,12 +175,12 @@ def test_a_part_resolves_the_periods_that_the_whole_resolves(monkeypatch):
 def test_of_a_log_rows_are_drawn_in_order(monkeypatch):
     data = measured(runs=1, targets=2000)
     moving = replace(data, conditions=replace(data.conditions, moving=True))
-    part = drawn(moving)
+    part = search_sample(moving)
     assert part.rows == module.MOST_IN_MOTION < moving.rows
     assert (np.diff(part.coordinates.order) > 0).all()
     assert np.unique(np.diff(part.coordinates.order)).size > 5
     monkeypatch.setattr(module, "MOST_AT_REST", 100)
-    once = drawn(replace(measured(runs=1, targets=200), cell=np.full(400, -1)))
+    once = search_sample(replace(measured(runs=1, targets=200), cell=np.full(400, -1)))
     assert once.rows == 100
 
 
@@ -189,6 +189,6 @@ def test_gaps_between_drawn_readings_are_known():
 
     data = measured(runs=1, targets=2000)
     moving = replace(data, conditions=replace(data.conditions, moving=True))
-    part = drawn(moving)
+    part = search_sample(moving)
     rows = np.searchsorted(moving.coordinates.time_s, part.coordinates.time_s)
     assert gaps_of(part)[1:].tolist() == np.diff(rows).tolist()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.dataset.load import load_dataset
-from rtec.dataset.many_rows import locked, looked_at
+from rtec.dataset.many_rows import locked, shortened
 from rtec.metrology import Column, Measurement
 
 
@@ -113,12 +113,12 @@ def test_a_place_reached_while_braking_is_not_that_of_cruising():
 
 def test_parts_of_a_log_keep_their_repeats_between_passes():
     data = deviation_log(common=0.004, rate=1000.0)
-    for part in (looked_at(data, most=5000), *locked(data)):
+    for part in (shortened(data, most=5000), *locked(data)):
         assert part.passage.shape == (part.rows,)
         for cell in np.unique(part.cell[part.cell >= 0]):
             assert np.unique(part.passage[part.cell == cell]).size > 1
     assert locked(data)[0].has_repeats
-    part = looked_at(data, most=5000)
+    part = shortened(data, most=5000)
     assert part.rows <= 5000
     assert np.unique(part.passage).size == 10
     assert part.has_repeats
