@@ -277,7 +277,7 @@ def _row_in_motion(
         )
     except FirmwareError as error:
         raise RtecError(str(error)) from error
-    speeds = passing_alone(0.0, GOAL_HZ) if found is None else found.speeds
+    speeds = found.speeds
     wrong, failing = speeds.first_wrong, None
     if wrong is not None:
         at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
@@ -287,12 +287,12 @@ def _row_in_motion(
         design=design,
         processor=processor,
         max_safe_hz=speeds.frequencies.max_passing_hz,
-        limited_by=Mechanism.NO_ANSWER if found is None else found.limited_by,
+        limited_by=found.limited_by,
         failing=failing,
         gate=None,
         speeds=speeds,
         loop_cycles=None,
-        trials=0 if found is None else found.trials,
+        trials=found.trials,
     )
 
 

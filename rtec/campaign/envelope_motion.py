@@ -13,7 +13,7 @@ from rtec.axis import Program
 from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
 from rtec.board import Microcontroller
 from rtec.campaign.envelope_mechanism import Mechanism, through_processor
-from rtec.campaign.envelope_speeds import TO_HZ
+from rtec.campaign.envelope_speeds import TO_HZ, passing_alone
 from rtec.campaign.firmware_algorithm import Firmware
 from rtec.campaign.firmware_check_bench import Bench
 from rtec.checks import number_within, whole_within
@@ -87,8 +87,8 @@ def limit_in_motion(
     *,
     hold_latch: bool,
     progress: Callable[[float], None] = lambda share: None,
-) -> MotionLimit | None:
-    """Return what a board does in a motion; None where it inserts nothing at rest.
+) -> MotionLimit:
+    """Return what a board does in a motion; one that inserts nothing at rest does nothing in any.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def limit_in_motion(
     contract = replace(Contract.of(design), delay_ps=board.delay_ps, acceleration_hz_s=motion.acceleration_hz_s)
     rest = Trials(board, contract)
     if rest.measure_settling() is not None:
-        return None
+        return MotionLimit(speeds=passing_alone(0.0, top_hz), limited_by=Mechanism.NO_ANSWER, trials=0)
     cases = motion_cases(motion.kind, program=motion.program, seed=motion.seed)
     wrong: dict[float, Run] = {}
     made = rest.made

@@ -6,7 +6,7 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import typer
 
@@ -76,7 +76,18 @@ def run(
             reason = cpu.run(cycles=min(_SLICE_CYCLES, cycles - cpu.cycles)).reason
             show(cpu.cycles / cycles)
         wall_s = time.perf_counter() - begun
-    found = _document(cpu, reason, wall_s) | {"part": part, "timing": timing}
+    found: dict[str, object] = {
+        "instructions": cpu.instructions,
+        "cycles": cpu.cycles,
+        "pc": cpu.pc,
+        "iram": cpu.iram.tobytes().hex(),
+        "wall_s": wall_s,
+        "instructions_per_s": cpu.instructions / wall_s if wall_s > 0.0 else None,
+        "reason": reason,
+        "fault": _fault(cpu),
+        "part": part,
+        "timing": timing,
+    }
     if json:
         print_json(found)
     else:
@@ -110,7 +121,8 @@ def trace(
     cpu.run(cycles=start)
     cpu.record()
     code, before, begun = cpu.code, _latches(cpu), cpu.cycles
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
+    lines: list[str] = []
     while len(rows) < instructions and cpu.fault is None:
         cycle, line, latches = cpu.cycles, disassembled(code, cpu.pc), _latches(cpu)
         if not cpu.step().cycles:
@@ -118,16 +130,16 @@ def trace(
         changed = {
             f"P{k}": now for k, (was, now) in enumerate(zip(latches, _latches(cpu), strict=True)) if was != now
         }
-        rows.append({"cycle": cycle, "address": line.address, "text": line.text, "ports": changed, "line": str(line)})
+        rows.append({"cycle": cycle, "address": line.address, "text": line.text, "ports": changed})
+        ports = " ".join(f"{port}={value:02X}" for port, value in changed.items())
+        lines.append(f"{cycle:>12}  {line!s:<40}{ports}".rstrip())
     if vcd is not None:
         _write_vcd(vcd, cpu, before, begun, ps_a_cycle=(12 if timing == "12-clock" else 1) * PS_PER_S / clock_hz)
     if json:
-        listed = [{key: value for key, value in row.items() if key != "line"} for row in rows]
-        print_json({"image": str(image), "rows": listed, "fault": _fault(cpu), **({"vcd": str(vcd)} if vcd else {})})
+        print_json({"image": str(image), "rows": rows, "fault": _fault(cpu), **({"vcd": str(vcd)} if vcd else {})})
         return
-    for row in rows:
-        ports = " ".join(f"{port}={value:02X}" for port, value in cast("dict[str, int]", row["ports"]).items())
-        typer.echo(f"{row['cycle']:>12}  {row['line']!s:<40}{ports}".rstrip())
+    for shown in lines:
+        typer.echo(shown)
     if cpu.fault is not None:
         typer.echo(f"Ended by a fault: {cpu.fault}")
     if vcd is not None:
@@ -322,19 +334,6 @@ def _fault(cpu: Mcs51) -> dict[str, object] | None:
     if fault is None:
         return None
     return {"kind": fault.kind.value, "pc": fault.pc, "opcode": fault.opcode, "cycle": fault.cycle}
-
-
-def _document(cpu: Mcs51, reason: str, wall_s: float) -> dict[str, object]:
-    return {
-        "instructions": cpu.instructions,
-        "cycles": cpu.cycles,
-        "pc": cpu.pc,
-        "iram": cpu.iram.tobytes().hex(),
-        "wall_s": wall_s,
-        "instructions_per_s": cpu.instructions / wall_s if wall_s > 0.0 else None,
-        "reason": reason,
-        "fault": _fault(cpu),
-    }
 
 
 def _show(found: dict[str, object]) -> None:
