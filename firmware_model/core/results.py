@@ -49,19 +49,12 @@ class Fault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
-    """What one call of `Mcs51.run` did.
-
-    Parameters
-    ----------
-    instructions
-        Instructions executed.
-    cycles
-        Cycles passed: machine cycles of the 12-clock part, clocks of the one-clock part. The last instruction is
-        finished, so that they can be a few more than asked.
-    reason
-        Why it ended.
-    """
+    """What one call of `Mcs51.run` did."""
 
     instructions: int
+    """Instructions executed."""
     cycles: int
+    """Cycles passed: machine cycles of the 12-clock part, clocks of the one-clock part. The last instruction is
+    finished, so that they can be a few more than asked."""
     reason: Literal["budget", "fault", "power-down"]
+    """Why it ended."""

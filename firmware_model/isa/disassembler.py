@@ -22,24 +22,16 @@ _FIXED = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One instruction of a program.
-
-    Parameters
-    ----------
-    address
-        Of its opcode.
-    code
-        Its bytes.
-    text
-        As the assembler writes it.
-    instruction
-        Its row of the table.
-    """
+    """One instruction of a program."""
 
     address: int
+    """Of its opcode."""
     code: bytes
+    """Its bytes."""
     text: str
+    """As the assembler writes it."""
     instruction: Instruction
+    """Its row of the table."""
 
     def __str__(self) -> str:
         return f"{self.address:04X}  {self.code.hex(' ').upper():<8}  {self.text}"

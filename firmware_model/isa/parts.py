@@ -37,17 +37,6 @@ BIT_NAMES: MappingProxyType[int, str] = MappingProxyType({
 class Part:
     """A member of the family.
 
-    Parameters
-    ----------
-    name
-        ``"8051"`` or ``"8052"``.
-    iram_bytes
-        Internal RAM: 128 or 256 bytes.
-    has_timer2
-        Whether it has the third timer, with its interrupt.
-    sfr
-        Direct addresses of its special function registers.
-
     Examples
     --------
     >>> PARTS["8051"].iram_bytes, 0xC8 in PARTS["8051"].sfr, 0xC8 in PARTS["8052"].sfr
@@ -55,9 +44,13 @@ class Part:
     """
 
     name: str
+    """``"8051"`` or ``"8052"``."""
     iram_bytes: int
+    """Internal RAM: 128 or 256 bytes."""
     has_timer2: bool
+    """Whether it has the third timer, with its interrupt."""
     sfr: frozenset[int]
+    """Direct addresses of its special function registers."""
 
 
 PARTS: MappingProxyType[str, Part] = MappingProxyType(

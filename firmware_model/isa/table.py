@@ -54,27 +54,6 @@ class Operand(Enum):
 class Instruction:
     """One opcode.
 
-    Parameters
-    ----------
-    opcode
-        0..255.
-    form
-        First opcode of the form: the same for the eight registers, the two pointers, the eight pages.
-    mnemonic
-        As the manual writes it; ``"reserved"`` for 0xA5.
-    operands
-        Addressing modes in the order of the assembler.
-    length
-        Bytes.
-    cycles
-        Machine cycles of the 12-clock part, of 12 oscillator periods each.
-    clocks, clocks_taken
-        Clocks of the one-clock part, where a branch is not taken and where it is.
-    operation
-        What it does.
-    flags
-        Flags of the PSW that it changes, beyond P, which always follows A.
-
     Examples
     --------
     >>> add = INSTRUCTIONS[0x2B]
@@ -83,15 +62,24 @@ class Instruction:
     """
 
     opcode: int
+    """0..255."""
     form: int
+    """First opcode of the form: the same for the eight registers, the two pointers, the eight pages."""
     mnemonic: str
+    """As the manual writes it; ``"reserved"`` for 0xA5."""
     operands: tuple[Operand, ...]
+    """Addressing modes in the order of the assembler."""
     length: int
+    """Bytes."""
     cycles: int
+    """Machine cycles of the 12-clock part, of 12 oscillator periods each."""
     clocks: int
     clocks_taken: int
+    """Clocks of the one-clock part, where a branch is not taken and where it is."""
     operation: str
+    """What it does."""
     flags: str
+    """Flags of the PSW that it changes, beyond P, which always follows A."""
 
     @property
     def text(self) -> str:

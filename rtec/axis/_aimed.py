@@ -62,28 +62,19 @@ class Window:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """Where and how an attack is made.
-
-    Parameters
-    ----------
-    window
-        The insertion at rest that crossings are aimed into.
-    speed, acceleration
-        The highest, counts/s and counts/s^2.
-    travel
-        Counts that an attack may travel, there and back.
-    sign
-        Direction of the motion as a whole.
-    seed
-        Of an adversary.
-    """
+    """Where and how an attack is made."""
 
     window: Window
+    """The insertion at rest that crossings are aimed into."""
     speed: float
     acceleration: float
+    """The highest, counts/s and counts/s^2."""
     travel: int
+    """Counts that an attack may travel, there and back."""
     sign: int
+    """Direction of the motion as a whole."""
     seed: int
+    """Of an adversary."""
 
     def lead_ps(self, phase: float) -> int:
         """Return how long after the request a phase 0..1 of an insertion lies, with a margin at both ends."""
@@ -98,25 +89,17 @@ class Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Attack:
-    """Moves from a rest, and the crossing that is aimed.
-
-    Parameters
-    ----------
-    targets
-        Ends of the moves, counts from where the attack begins; the last is a whole number.
-    speeds
-        Of each move, counts/s.
-    aimed, into
-        Which move crosses the aimed line, and how far from its start.
-    lead_ps
-        How long after the request it does.
-    """
+    """Moves from a rest, and the crossing that is aimed."""
 
     targets: tuple[float, ...]
+    """Ends of the moves, counts from where the attack begins; the last is a whole number."""
     speeds: tuple[float, ...]
+    """Of each move, counts/s."""
     aimed: int
     into: float
+    """Which move crosses the aimed line, and how far from its start."""
     lead_ps: int
+    """How long after the request it does."""
 
 
 Make = Callable[[int, Place], Attack]

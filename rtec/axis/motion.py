@@ -58,24 +58,16 @@ PROGRAMME_ENDINGS = (".nc", ".ngc", ".gcode", ".tap", ".txt")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
-    """A motion with its requests.
-
-    Parameters
-    ----------
-    kind
-        What it is.
-    segments
-        Pieces of constant acceleration, for an encoder with counts of `COUNT_MM`.
-    requests_ps
-        When one step more is asked for, ascending; int64 (n,).
-    acceleration_hz_s
-        Of the encoder's frequency, at most.
-    """
+    """A motion with its requests."""
 
     kind: MotionKind
+    """What it is."""
     segments: MotionSegments
+    """Pieces of constant acceleration, for an encoder with counts of `COUNT_MM`."""
     requests_ps: _IntArray
+    """When one step more is asked for, ascending; int64 (n,)."""
     acceleration_hz_s: float
+    """Of the encoder's frequency, at most."""
 
     def __post_init__(self) -> None:
         if self.total_ps > LONGEST_RUN_PS:

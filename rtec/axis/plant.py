@@ -18,19 +18,6 @@ from rtec.errors import ArgumentError
 class Plant:
     """What the position loop moves, in place of a rigid axis behind a velocity loop with a lag.
 
-    Parameters
-    ----------
-    function
-        ``function(numbers, inputs, state) -> acceleration`` in mm/s², all three one-dimensional arrays of float64,
-        such that numba can compile it. ``inputs`` are the velocity that the position loop asks for (mm/s), velocity
-        (mm/s) and position (mm) of what the encoder sees, the length of the tick (s) and the time at its beginning
-        (s). The acceleration is that of what the encoder sees, and holds for the tick. ``state`` is its own to keep,
-        but for ``state[0]``: by how much the slide stands beyond what the encoder sees, in mm.
-    numbers
-        What it computes with.
-    state
-        What it begins with: one number to 16.
-
     Raises
     ------
     ArgumentError
@@ -47,8 +34,15 @@ class Plant:
     """
 
     function: Callable[..., float]
+    """``function(numbers, inputs, state) -> acceleration`` in mm/s², all three one-dimensional arrays of float64,
+    such that numba can compile it. ``inputs`` are the velocity that the position loop asks for (mm/s), velocity
+    (mm/s) and position (mm) of what the encoder sees, the length of the tick (s) and the time at its beginning (s).
+    The acceleration is that of what the encoder sees, and holds for the tick. ``state`` is its own to keep, but for
+    ``state[0]``: by how much the slide stands beyond what the encoder sees, in mm."""
     numbers: npt.NDArray[np.float64] = ()  # type: ignore[assignment]  # any list of numbers
+    """What it computes with."""
     state: npt.NDArray[np.float64] = (0.0,)  # type: ignore[assignment]  # as above
+    """What it begins with: one number to 16."""
 
     def __post_init__(self) -> None:
         if not callable(self.function):

@@ -38,23 +38,16 @@ _ENCODER_MM = TRACE_COLUMNS.index("encoder_mm")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pass:
-    """What came out of a measurement.
-
-    Parameters
-    ----------
-    deviation_mm
-        True position less target as the laser averaged it, without noise and slow errors, shape (n,).
-    time_s
-        In the middle of the laser's average, since that of the first reading, shape (n,): there the record begins,
-        and with it whatever is slow.
-    path_s, path_mm
-        Position of the encoder over the same time, as far as it moved; empty where none was asked for.
-    """
+    """What came out of a measurement."""
 
     deviation_mm: Floats
+    """True position less target as the laser averaged it, without noise and slow errors, shape (n,)."""
     time_s: Floats
+    """In the middle of the laser's average, since that of the first reading, shape (n,): there the record begins, and
+    with it whatever is slow."""
     path_s: Floats
     path_mm: Floats
+    """Position of the encoder over the same time, as far as it moved; empty where none was asked for."""
 
 
 def measure(course: Course, error: Predictor, *, shift_mm: Floats | None = None, trace: bool = False) -> Pass:

@@ -45,21 +45,15 @@ class Air:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Circumstances:
-    """What slow errors depend on: course, what was measured, true temperature and air at each reading.
-
-    Parameters
-    ----------
-    course, measured, temperature_degc, air
-        Of this measurement.
-    first
-        Of the axis's first measurement, by which its errors were drawn; None in that measurement itself.
-    """
+    """What slow errors depend on: course, what was measured, true temperature and air at each reading."""
 
     course: Course
     measured: Pass
     temperature_degc: Floats
     air: Air
+    """Of this measurement."""
     first: Circumstances | None = None
+    """Of the axis's first measurement, by which its errors were drawn; None in that measurement itself."""
 
     @property
     def origin(self) -> Circumstances:

@@ -34,21 +34,14 @@ MOST_PATIENCE = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Confusion:
-    """How a judge did on all lines.
-
-    Parameters
-    ----------
-    scores
-        By line.
-    trials
-        Games played on each line.
-    seed
-        Of all games.
-    """
+    """How a judge did on all lines."""
 
     scores: tuple[LineScore, ...]
+    """By line."""
     trials: int
+    """Games played on each line."""
     seed: int
+    """Of all games."""
 
     @property
     def pools(self) -> tuple[LineScore, ...]:

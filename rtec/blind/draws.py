@@ -56,13 +56,6 @@ def stream(seed: int, what: Draw, name: str = "") -> np.random.Generator:
 class Occasion:
     """One measurement of an axis, for which targets, heat, air and noise are drawn anew.
 
-    Parameters
-    ----------
-    seed
-        Of the axis, and of its first measurement.
-    number
-        0 for the first measurement, another one for each further.
-
     Raises
     ------
     ArgumentError
@@ -78,7 +71,9 @@ class Occasion:
     """
 
     seed: int
+    """Of the axis, and of its first measurement."""
     number: int = 0
+    """0 for the first measurement, another one for each further."""
 
     def __post_init__(self) -> None:
         """Check the numbers."""

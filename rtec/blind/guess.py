@@ -26,17 +26,12 @@ _NO_EFFECT = "offset"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """How an answer did.
-
-    Parameters
-    ----------
-    right, missed, wrong
-        Names that were answered and are hidden, that are hidden only, and that were answered only.
-    """
+    """How an answer did."""
 
     right: tuple[str, ...]
     missed: tuple[str, ...]
     wrong: tuple[str, ...]
+    """Names that were answered and are hidden, that are hidden only, and that were answered only."""
 
     @property
     def solved(self) -> bool:
@@ -87,22 +82,15 @@ def guessed(secret: Secret, answer: Sequence[str]) -> Guess:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
-    """The points for one name of an answer, or for one that it misses.
-
-    Parameters
-    ----------
-    name
-        Of the effect.
-    points, most
-        What it brings, and what it could have brought.
-    why
-        In words.
-    """
+    """The points for one name of an answer, or for one that it misses."""
 
     name: str
+    """Of the effect."""
     points: int
     most: int
+    """What it brings, and what it could have brought."""
     why: str
+    """In words."""
 
 
 def read_answer(words: Sequence[str]) -> dict[str, Size | None]:

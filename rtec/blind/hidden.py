@@ -24,52 +24,34 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hidden:
-    """An effect that was hidden.
-
-    Parameters
-    ----------
-    name
-        As in the library of effects, or a name of its own for what lies outside.
-    description
-        What it does physically.
-    parameters
-        Its numbers.
-    rms_sigma
-        RMS of its contribution over the readings, mean removed, in units of the repeat noise.
-    """
+    """An effect that was hidden."""
 
     name: str
+    """As in the library of effects, or a name of its own for what lies outside."""
     description: str
+    """What it does physically."""
     parameters: tuple[Parameter, ...]
+    """Its numbers."""
     rms_sigma: float
+    """RMS of its contribution over the readings, mean removed, in units of the repeat noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Secret:
-    """What the game hid in a measurement.
-
-    Parameters
-    ----------
-    effects
-        What was hidden, with its strength as it came out.
-    noise
-        ``white`` or ``correlated``.
-    sigma_um
-        Standard deviation of the noise of one reading.
-    seed
-        That decided everything drawn.
-    plan
-        Name of the plan.
-    outside
-        Names of those effects that lie outside the library.
-    """
+    """What the game hid in a measurement."""
 
     effects: tuple[Hidden, ...]
+    """What was hidden, with its strength as it came out."""
     noise: str
+    """``white`` or ``correlated``."""
     sigma_um: float
+    """Standard deviation of the noise of one reading."""
     seed: int
+    """That decided everything drawn."""
     plan: str
+    """Name of the plan."""
     outside: tuple[str, ...]
+    """Names of those effects that lie outside the library."""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -27,21 +27,14 @@ _PATIENCE_S, _PAUSE_S = 5.0, 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KeptAnswer:
-    """An answer as it was given.
-
-    Parameters
-    ----------
-    by
-        Whose it is; empty where that was not said.
-    at
-        When, in UTC (ISO 8601).
-    words
-        Names of effects with their sizes, as they were written.
-    """
+    """An answer as it was given."""
 
     by: str
+    """Whose it is; empty where that was not said."""
     at: str
+    """When, in UTC (ISO 8601)."""
     words: tuple[str, ...]
+    """Names of effects with their sizes, as they were written."""
 
 
 def answers_path(data: str | Path) -> Path:

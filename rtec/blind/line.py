@@ -14,26 +14,6 @@ from rtec.errors import ArgumentError
 class Line:
     """One line of what must be shown.
 
-    Parameters
-    ----------
-    title
-        What is hidden.
-    rule
-        What makes an answer right.
-    share
-        Least share of right answers; 0 where the line has no bar and only shows how often.
-    scenarios
-        Played in turn.
-    above_detectable
-        Only those trials count in which the effect is at least as strong as the judge says that it would find.
-    draw
-        Draws the scenario of a trial from its number and its seed, where they are not played in turn; a function of
-        a module, or a partial of one.
-    most_left_out
-        Largest share of the games that may be left out as too weak.
-    members
-        Titles of lines whose games are counted together, where it has none of its own.
-
     Raises
     ------
     ArgumentError
@@ -41,13 +21,22 @@ class Line:
     """
 
     title: str
+    """What is hidden."""
     rule: Rule
+    """What makes an answer right."""
     share: float
+    """Least share of right answers; 0 where the line has no bar and only shows how often."""
     scenarios: tuple[Scenario, ...] = ()
+    """Played in turn."""
     above_detectable: bool = False
+    """Only those trials count in which the effect is at least as strong as the judge says that it would find."""
     draw: Callable[[int, int], Scenario] | None = None
+    """Draws the scenario of a trial from its number and its seed, where they are not played in turn; a function of a
+    module, or a partial of one."""
     most_left_out: float = 1.0
+    """Largest share of the games that may be left out as too weak."""
     members: tuple[str, ...] = ()
+    """Titles of lines whose games are counted together, where it has none of its own."""
 
     def __post_init__(self) -> None:
         """Check that there is something to play."""

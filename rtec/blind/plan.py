@@ -36,25 +36,6 @@ RIGID_MM = 1e-6
 class Plan(ExperimentPlan):
     """A measuring plan of the game: what an experiment measures, within the limits of the emulated axis, and noise.
 
-    Parameters
-    ----------
-    name
-        In `PLANS`, or what was drawn.
-    presliding_mm
-        Over which what rubs in a drive bends before it slips.
-    right_forward
-        Whether the control's own table keeps what is approached forward right: play is left to the other approach.
-    arm_level
-        Whether a rotary axis is first measured where its arm lies about level, and its weight pulls.
-    sigma_um
-        Standard deviation of the repeat noise.
-    sigma_n
-        The same of a drive's force, in N.
-    wave_shares
-        Shortest and longest period, as shares of the span, of a wave that the screw does not make.
-    lost_share
-        Share of the readings after which counts go lost; None where it is drawn.
-
     Raises
     ------
     ArgumentError
@@ -67,13 +48,21 @@ class Plan(ExperimentPlan):
     """
 
     name: str
+    """In `PLANS`, or what was drawn."""
     presliding_mm: float = RIGID_MM
+    """Over which what rubs in a drive bends before it slips."""
     right_forward: bool = False
+    """Whether the control's own table keeps what is approached forward right: play is left to the other approach."""
     arm_level: bool = False
+    """Whether a rotary axis is first measured where its arm lies about level, and its weight pulls."""
     sigma_um: float = 2.0
+    """Standard deviation of the repeat noise."""
     sigma_n: float = 2.0
+    """The same of a drive's force, in N."""
     wave_shares: tuple[float, float] = (0.14, 0.4)
+    """Shortest and longest period, as shares of the span, of a wave that the screw does not make."""
     lost_share: float | None = None
+    """Share of the readings after which counts go lost; None where it is drawn."""
 
     def __post_init__(self) -> None:
         """Check the ranges: those of any experiment, and those of the emulated axis."""
@@ -208,26 +197,18 @@ def plan_named(name: str) -> Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Course:
-    """A plan with everything drawn that the seed decides: the readings in the order in which they are taken.
-
-    Parameters
-    ----------
-    plan
-        Where it comes from.
-    target_mm, direction, run
-        Of each reading, shape (n,).
-    feed_mm_s
-        Of the move to it.
-    turn_dwell_s
-        Rest before the last reversal.
-    """
+    """A plan with everything drawn that the seed decides: the readings in the order in which they are taken."""
 
     plan: Plan
+    """Where it comes from."""
     target_mm: Floats
     direction: NDArray[np.int8]
     run: Ints
+    """Of each reading, shape (n,)."""
     feed_mm_s: Floats
+    """Of the move to it."""
     turn_dwell_s: Floats
+    """Rest before the last reversal."""
 
     @property
     def passes(self) -> Ints:

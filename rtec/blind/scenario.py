@@ -80,18 +80,6 @@ _KNOWN = INSIDE + OUTSIDE + OF_DRIVE
 class Scenario:
     """What to hide and how strong.
 
-    Parameters
-    ----------
-    names
-        Effects, of `INSIDE` and `OUTSIDE`, in a drive's log of `OF_DRIVE`; none hides nothing.
-    strength_sigma
-        RMS contribution over the readings, the mean removed unless it is a force, in units of the repeat noise: one
-        for all, or one each.
-    noise
-        Its family.
-    plan
-        What is measured.
-
     Raises
     ------
     ArgumentError
@@ -104,9 +92,14 @@ class Scenario:
     """
 
     names: tuple[str, ...] = ()
+    """Effects, of `INSIDE` and `OUTSIDE`, in a drive's log of `OF_DRIVE`; none hides nothing."""
     strength_sigma: float | tuple[float, ...] = 3.0
+    """RMS contribution over the readings, the mean removed unless it is a force, in units of the repeat noise: one
+    for all, or one each."""
     noise: Noise = Noise.WHITE
+    """Its family."""
     plan: Plan = field(default=PLANS["base"])
+    """What is measured."""
 
     def __post_init__(self) -> None:
         """Check names, strengths and that the plan can show them."""

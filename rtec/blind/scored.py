@@ -51,47 +51,29 @@ def wilson(right: int, trials: int) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Game:
-    """One game of a line, and how the judge did.
-
-    Parameters
-    ----------
-    trial, seed
-        Number of the trial in its line, and the seed that plays it again.
-    plan
-        Name of the measuring plan.
-    hidden, said
-        What was hidden and what was answered, as headings of the confusion matrix.
-    right
-        None where the game does not count: weaker than what the judge says that it would find.
-    effects
-        Accepted, whatever the verdict.
-    names
-        What was hidden, one by one.
-    verdict
-        Of the judge; empty where none was asked for.
-    """
+    """One game of a line, and how the judge did."""
 
     trial: int
     seed: int
+    """Number of the trial in its line, and the seed that plays it again."""
     plan: str
+    """Name of the measuring plan."""
     hidden: str
     said: str
+    """What was hidden and what was answered, as headings of the confusion matrix."""
     right: bool | None
+    """None where the game does not count: weaker than what the judge says that it would find."""
     effects: tuple[str, ...] = ()
+    """Accepted, whatever the verdict."""
     names: tuple[str, ...] = ()
+    """What was hidden, one by one."""
     verdict: str = ""
+    """Of the judge; empty where none was asked for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineScore:
     """How a judge did on one line.
-
-    Parameters
-    ----------
-    line
-        What was played.
-    games
-        All of them, in order.
 
     Examples
     --------
@@ -105,7 +87,9 @@ class LineScore:
     """
 
     line: Line
+    """What was played."""
     games: tuple[Game, ...]
+    """All of them, in order."""
 
     @property
     def counting(self) -> list[Game]:

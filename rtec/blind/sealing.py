@@ -32,21 +32,14 @@ _ALLOWED = "the file that 'rtec blind new' wrote beside the data"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sealed:
-    """What a seal keeps.
-
-    Parameters
-    ----------
-    secret
-        What is hidden in the data file.
-    scenario
-        What was hidden in the axis when it was first measured; with the seed of the secret, the axis itself.
-    number
-        Of the measurement: 0 for the first.
-    """
+    """What a seal keeps."""
 
     secret: Secret
+    """What is hidden in the data file."""
     scenario: Scenario
+    """What was hidden in the axis when it was first measured; with the seed of the secret, the axis itself."""
     number: int
+    """Of the measurement: 0 for the first."""
 
 
 def sealed_path(data: str | Path) -> Path:

@@ -62,19 +62,13 @@ _BETWEEN = re.compile(r"\s*(?:\+/?-|±)\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Size:
-    """A size, with its uncertainty where that is said.
-
-    Parameters
-    ----------
-    value, uncertainty
-        In ``unit``; the sign of a value says nothing. No uncertainty is 0.
-    unit
-        One of the effect's.
-    """
+    """A size, with its uncertainty where that is said."""
 
     value: float
     uncertainty: float
+    """In ``unit``; the sign of a value says nothing. No uncertainty is 0."""
     unit: str
+    """One of the effect's."""
 
 
 def read_size(name: str, text: str, *, where: str) -> Size:

@@ -28,21 +28,14 @@ RELEASE_MM = 0.02
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SlowError:
-    """An error at unit strength at each reading.
-
-    Parameters
-    ----------
-    added_mm
-        What it adds, shape (n,), in mm.
-    description
-        What it does physically.
-    parameters
-        Its numbers at unit strength.
-    """
+    """An error at unit strength at each reading."""
 
     added_mm: Floats
+    """What it adds, shape (n,), in mm."""
     description: str
+    """What it does physically."""
     parameters: tuple[Parameter, ...]
+    """Its numbers at unit strength."""
 
 
 def of_height(height: Floats, description: str, *more: Parameter) -> SlowError:

@@ -29,22 +29,15 @@ SINUSOID_SHARE = 0.75
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StaticError:
-    """An error at unit strength, in mm, on the grid of its plan.
-
-    Parameters
-    ----------
-    forward_mm, reverse_mm
-        Of each direction, shape (points,); the reverse curve nowhere below the forward curve.
-    description
-        What it does physically.
-    parameters
-        Its numbers at unit strength.
-    """
+    """An error at unit strength, in mm, on the grid of its plan."""
 
     forward_mm: Floats
     reverse_mm: Floats
+    """Of each direction, shape (points,); the reverse curve nowhere below the forward curve."""
     description: str
+    """What it does physically."""
     parameters: tuple[Parameter, ...]
+    """Its numbers at unit strength."""
 
 
 def _both_ways(curve_mm: Floats, description: str, *parameters: Parameter) -> StaticError:

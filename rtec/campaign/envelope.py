@@ -48,24 +48,6 @@ _WORDS = {
 class EnvelopePlan:
     """What is tried.
 
-    Parameters
-    ----------
-    designs, processors
-        All pairs of them.
-    image
-        A user's program in place of the committed ones.
-    hold_latch
-        Whether the boards have the latch that holds real transitions back during an insertion.
-    jitter_ps
-        Bound of the encoder's jitter, taken at its worst.
-    exhaustive
-        Whether the limit found is swept over a whole reading clock by clock.
-    nothing_owed
-        Whether nothing is asked for, so that only passing the lines on is tried.
-    motion
-        In which the axis moves, in place of the envelope's own trials; jitter, exhaustive and nothing_owed do not go
-        with it.
-
     Raises
     ------
     ArgumentError
@@ -74,12 +56,20 @@ class EnvelopePlan:
 
     designs: Sequence[Design] = tuple(Design)
     processors: Sequence[Microcontroller] = tuple(MICROCONTROLLERS.values())
+    """All pairs of them."""
     image: Path | Image | None = None
+    """A user's program in place of the committed ones."""
     hold_latch: bool = False
+    """Whether the boards have the latch that holds real transitions back during an insertion."""
     jitter_ps: int = 0
+    """Bound of the encoder's jitter, taken at its worst."""
     exhaustive: bool = False
+    """Whether the limit found is swept over a whole reading clock by clock."""
     nothing_owed: bool = False
+    """Whether nothing is asked for, so that only passing the lines on is tried."""
     motion: InMotion | None = None
+    """In which the axis moves, in place of the envelope's own trials; jitter, exhaustive and nothing_owed do not go
+    with it."""
 
     def __post_init__(self) -> None:
         whole_within("jitter_ps", self.jitter_ps, 0, 1_000_000_000, unit="ps")

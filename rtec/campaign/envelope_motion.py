@@ -39,17 +39,6 @@ limit found all are; where one fails, the limit lies lower."""
 class InMotion:
     """The motion in which the envelope is looked for; its top speed is the frequency searched.
 
-    Parameters
-    ----------
-    kind
-        How the axis moves.
-    program
-        Of a programme.
-    acceleration_hz_s
-        Of the encoder's frequency.
-    seed
-        Of the adversary.
-
     Raises
     ------
     ArgumentError
@@ -57,9 +46,13 @@ class InMotion:
     """
 
     kind: MotionKind
+    """How the axis moves."""
     program: Program | None = None
+    """Of a programme."""
     acceleration_hz_s: float = ACCELERATION_HZ_S
+    """Of the encoder's frequency."""
     seed: int = 0
+    """Of the adversary."""
 
     def __post_init__(self) -> None:
         number_within("acceleration_hz_s", self.acceleration_hz_s, 1.0, 1e12, unit="Hz/s")

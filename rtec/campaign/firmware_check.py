@@ -63,23 +63,6 @@ def default_frequencies(microcontroller: Microcontroller) -> tuple[float, ...]:
 class FirmwareCheckPlan:
     """What is tried.
 
-    Parameters
-    ----------
-    image
-        The program.
-    design
-        Whose circuits stand around it and whose contract it is held to.
-    microcontroller
-        The processor.
-    hold_latch
-        As of `rtec.board.Board`.
-    frequencies_hz
-        Of the encoder, where a step has to be inserted during the motion; () for `default_frequencies`.
-    phases
-        Phases between edge and program at each of these speeds, direction and sign.
-    tries, seed
-        Of the hunt for the worst case.
-
     Raises
     ------
     ArgumentError
@@ -87,13 +70,20 @@ class FirmwareCheckPlan:
     """
 
     image: Image
+    """The program."""
     design: Design
+    """Whose circuits stand around it and whose contract it is held to."""
     microcontroller: Microcontroller
+    """The processor."""
     hold_latch: bool = True
+    """As of `rtec.board.Board`."""
     frequencies_hz: tuple[float, ...] = ()
+    """Of the encoder, where a step has to be inserted during the motion; () for `default_frequencies`."""
     phases: int = 24
+    """Phases between edge and program at each of these speeds, direction and sign."""
     tries: int = TRIES
     seed: int = 0
+    """Of the hunt for the worst case."""
 
     def __post_init__(self) -> None:
         for frequency in self.frequencies_hz:

@@ -72,17 +72,6 @@ class Trial:
 class MatrixPlan:
     """What is tried.
 
-    Parameters
-    ----------
-    designs, phases, variants
-        All combinations of them.
-    seeds
-        Trials of each: other moments of the phase, other bits, other states at rest.
-    first
-        Number of the first of them, which is its trial's seed.
-    seed
-        Of all of them.
-
     Raises
     ------
     ArgumentError
@@ -92,9 +81,13 @@ class MatrixPlan:
     designs: Sequence[Design] = tuple(Design)
     phases: Sequence[Phase] = tuple(Phase)
     variants: Sequence[Variant] = VARIANTS
+    """All combinations of them."""
     seeds: int = _SEEDS
+    """Trials of each: other moments of the phase, other bits, other states at rest."""
     first: int = 0
+    """Number of the first of them, which is its trial's seed."""
     seed: int = 1
+    """Of all of them."""
 
     def __post_init__(self) -> None:
         whole_within("seeds", self.seeds, 1, 1000)

@@ -45,17 +45,6 @@ _PS_PER_H = 3600 * PS_PER_S
 class SoakPlan:
     """How long, and with which seed.
 
-    Parameters
-    ----------
-    hours
-        Of cutting, the Original and Designs A and C together; Design B runs a tenth of it in addition.
-    episode_s
-        Length of an episode in which nothing stops the machine.
-    seed
-        Of everything.
-    threads
-        That run episodes at the same time; the result is the same with any number.
-
     Raises
     ------
     ArgumentError
@@ -63,9 +52,13 @@ class SoakPlan:
     """
 
     hours: float = 100.0
+    """Of cutting, the Original and Designs A and C together; Design B runs a tenth of it in addition."""
     episode_s: float = 240.0
+    """Length of an episode in which nothing stops the machine."""
     seed: int = 1
+    """Of everything."""
     threads: int = 2
+    """That run episodes at the same time; the result is the same with any number."""
 
     def __post_init__(self) -> None:
         number_within("hours", self.hours, 1e-3, 1e5, unit="h")

@@ -17,26 +17,6 @@ STATES = ("00", "10", "11", "01")
 class Contract:
     """What is asked of an algorithm.
 
-    Parameters
-    ----------
-    step_counts
-        Counts that one step of the total adds.
-    states
-        Angle states 0..3 in which it inserts at rest; in the others it may wait for the axis to move.
-    frequency_hz
-        Of the encoder's square waves: up to here every count has to be right, whether or not it inserts.
-    acceleration_hz_s
-        How fast that frequency may change. 100 MHz/s is ten times gravity at a signal period of 1 um.
-    jitter
-        By this share of the time between two edges at the highest frequency, two of them may come nearer.
-    separation_ps
-        Shortest time from a change of A to one of B at the controller, or back. Nearer to each other its receiver
-        cannot tell which came first: three samples at 50 MHz by default.
-    delay_ps
-        Longest time for which the controller's count may differ from what it has to be.
-    turn_ps
-        After a turn of the axis the line that has changed may change back this soon.
-
     Raises
     ------
     ArgumentError
@@ -52,13 +32,22 @@ class Contract:
     """
 
     step_counts: int
+    """Counts that one step of the total adds."""
     states: tuple[int, ...] = (0, 1, 2, 3)
+    """Angle states 0..3 in which it inserts at rest; in the others it may wait for the axis to move."""
     frequency_hz: float = 500e3
+    """Of the encoder's square waves: up to here every count has to be right, whether or not it inserts."""
     acceleration_hz_s: float = 1e8
+    """How fast that frequency may change. 100 MHz/s is ten times gravity at a signal period of 1 um."""
     jitter: float = 0.1
+    """By this share of the time between two edges at the highest frequency, two of them may come nearer."""
     separation_ps: int = 60_000
+    """Shortest time from a change of A to one of B at the controller, or back. Nearer to each other its receiver
+    cannot tell which came first: three samples at 50 MHz by default."""
     delay_ps: int = 50_000_000
+    """Longest time for which the controller's count may differ from what it has to be."""
     turn_ps: int = 100_000
+    """After a turn of the axis the line that has changed may change back this soon."""
 
     def __post_init__(self) -> None:
         whole_within("step_counts", self.step_counts, 1, 1000)

@@ -41,11 +41,6 @@ class Band:
 class Frequencies:
     """What an algorithm does at each frequency that was tried.
 
-    Parameters
-    ----------
-    rows
-        Frequency in Hz, rising, and what it does there.
-
     Notes
     -----
     A limit holds from the lowest frequency up without a gap: what fails at 120 kHz does not pass to 150 kHz, even if
@@ -61,6 +56,7 @@ class Frequencies:
     """
 
     rows: tuple[tuple[float, Does], ...]
+    """Frequency in Hz, rising, and what it does there."""
 
     @property
     def bands(self) -> tuple[Band, ...]:

@@ -41,21 +41,14 @@ class Fault(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Violation:
-    """The first point of the contract that a run breaks.
-
-    Parameters
-    ----------
-    fault
-        Which.
-    time_ps
-        When; of a wrong count since when it was never right again.
-    reason
-        In words, without the time.
-    """
+    """The first point of the contract that a run breaks."""
 
     fault: Fault
+    """Which."""
     time_ps: int
+    """When; of a wrong count since when it was never right again."""
     reason: str
+    """In words, without the time."""
 
     def __str__(self) -> str:
         word = "since" if self.fault is Fault.COUNT else "at"
@@ -64,28 +57,19 @@ class Violation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
-    """What a run has shown.
-
-    Parameters
-    ----------
-    violation
-        What does not hold, or None.
-    completed
-        Steps that the algorithm says it has inserted, at the end.
-    separation_ps
-        Shortest time from a change of one line at the controller to one of the other; None where there was none.
-    pulse_ps
-        Shortest time between two changes of one line there, with the other line quiet. A receiver that swallows so
-        short a pulse loses no count, as it takes both changes or neither.
-    delay_ps
-        Longest time for which the controller's count was behind the encoder's plus the completed steps, or ahead.
-    """
+    """What a run has shown."""
 
     violation: Violation | None
+    """What does not hold, or None."""
     completed: int
+    """Steps that the algorithm says it has inserted, at the end."""
     separation_ps: int | None
+    """Shortest time from a change of one line at the controller to one of the other; None where there was none."""
     pulse_ps: int | None
+    """Shortest time between two changes of one line there, with the other line quiet. A receiver that swallows so
+    short a pulse loses no count, as it takes both changes or neither."""
     delay_ps: int
+    """Longest time for which the controller's count was behind the encoder's plus the completed steps, or ahead."""
 
     @property
     def right(self) -> bool:

@@ -13,61 +13,40 @@ from rtec.readable import time_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """One point of the contract.
-
-    Parameters
-    ----------
-    name
-        The point, in one or two words.
-    passed
-        None where it could not be tried.
-    reason
-        What was tried, or what is wrong and when.
-    run
-        The run that is wrong, or None.
-    """
+    """One point of the contract."""
 
     name: str
+    """The point, in one or two words."""
     passed: bool | None
+    """None where it could not be tried."""
     reason: str
+    """What was tried, or what is wrong and when."""
     run: Run | None = None
+    """The run that is wrong, or None."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """All checks of an algorithm, and what was measured.
-
-    Parameters
-    ----------
-    algorithm
-        Its name.
-    contract
-        What was asked of it.
-    checks
-        Every point, in the order in which they were tried.
-    speeds
-        How far it goes; None where it does not insert.
-    worst
-        The shortest run found that breaks the contract; where none does, the one with the smallest separation.
-    margin
-        The narrowest that was right.
-    settle_ps
-        Within so long a step at rest is completed, with reserve.
-    runs
-        How many were made.
-    seed
-        Of the hunt.
-    """
+    """All checks of an algorithm, and what was measured."""
 
     algorithm: str
+    """Its name."""
     contract: Contract
+    """What was asked of it."""
     checks: tuple[Check, ...]
+    """Every point, in the order in which they were tried."""
     speeds: Speeds | None
+    """How far it goes; None where it does not insert."""
     worst: Run | None
+    """The shortest run found that breaks the contract; where none does, the one with the smallest separation."""
     margin: Margin
+    """The narrowest that was right."""
     settle_ps: int
+    """Within so long a step at rest is completed, with reserve."""
     runs: int
+    """How many were made."""
     seed: int
+    """Of the hunt."""
 
     @property
     def passed(self) -> bool:

@@ -31,34 +31,23 @@ _DOWN = 1.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Speeds:
-    """How far an algorithm goes.
-
-    Parameters
-    ----------
-    frequencies
-        What it does at each frequency tried.
-    top_hz
-        The highest frequency of the contract.
-    max_jitter_ps
-        By so much two edges may come nearer to each other, up to the highest frequency, and do no harm; None where it
-        fails at that frequency.
-    max_acceleration_hz_s
-        Up to here a changing frequency does no harm; None where that was not tried.
-    accelerations_to_hz_s
-        No higher one was tried.
-    first_wrong
-        At the lowest frequency at which it fails, where the run is kept.
-    asked
-        Whether a step was asked for.
-    """
+    """How far an algorithm goes."""
 
     frequencies: Frequencies
+    """What it does at each frequency tried."""
     top_hz: float
+    """The highest frequency of the contract."""
     max_jitter_ps: int | None = None
+    """By so much two edges may come nearer to each other, up to the highest frequency, and do no harm; None where it
+    fails at that frequency."""
     max_acceleration_hz_s: float | None = None
+    """Up to here a changing frequency does no harm; None where that was not tried."""
     accelerations_to_hz_s: float = math.inf
+    """No higher one was tried."""
     first_wrong: Run | None = None
+    """At the lowest frequency at which it fails, where the run is kept."""
     asked: bool = True
+    """Whether a step was asked for."""
 
     @property
     def at_top(self) -> Does:

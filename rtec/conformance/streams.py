@@ -31,17 +31,6 @@ _EVENT = re.compile(
 class Stream:
     """Edges as counts up and down from a state, and requests, from power-up to an end.
 
-    Parameters
-    ----------
-    state
-        Angle state 0..3 of the encoder at power-up.
-    edges_ps, moves
-        Its edges, each a count up (+1) or down (-1); int64 ps and int64, shape (n,).
-    requests_ps, totals
-        Changes of the total that is asked for.
-    until_ps
-        End of the run.
-
     Examples
     --------
     >>> stream = Stream.read("00 1us:+ 1.5us:r1 1.62us:- 3us:end")
@@ -52,11 +41,15 @@ class Stream:
     """
 
     state: int
+    """Angle state 0..3 of the encoder at power-up."""
     edges_ps: NDArray[np.int64]
     moves: NDArray[np.int64]
+    """Its edges, each a count up (+1) or down (-1); int64 ps and int64, shape (n,)."""
     requests_ps: NDArray[np.int64]
     totals: NDArray[np.int64]
+    """Changes of the total that is asked for."""
     until_ps: int
+    """End of the run."""
 
     @classmethod
     def of(

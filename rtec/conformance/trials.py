@@ -23,24 +23,16 @@ _FIRST_LOOK_PS, _LONGEST_LOOK_PS = 100_000_000, PS_PER_S
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One run that is to be made.
-
-    Parameters
-    ----------
-    title
-        What is tried, for people.
-    stream
-        What goes in.
-    must_finish
-        Whether what was asked for has to be completed, or refused, at the end.
-    may_refuse
-        Whether it may be refused.
-    """
+    """One run that is to be made."""
 
     title: str
+    """What is tried, for people."""
     stream: Stream
+    """What goes in."""
     must_finish: bool = True
+    """Whether what was asked for has to be completed, or refused, at the end."""
     may_refuse: bool = True
+    """Whether it may be refused."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -49,31 +49,6 @@ class Port:
 class Pins:
     """The ports that an insertion algorithm in Verilog works with.
 
-    Parameters
-    ----------
-    top
-        The module.
-    clock
-        Input, one bit: it works at the rising edge, at the falling one, or at both.
-    a_in, b_in
-        Inputs, one bit: the encoder. They know nothing of the clock.
-    requested
-        Input, a signed total of steps that are to have been inserted, 2 to 32 bits.
-    a_out, b_out
-        Outputs, one bit: what the controller sees.
-    completed
-        Output, the signed total of steps that have been inserted, 2 to 32 bits.
-    refused
-        Output, 1 to 32 bits: 0, or the number of the reason why it refuses what is requested for good. Optional.
-    reset
-        Input, one bit. Optional.
-    reset_active
-        The level at which it resets.
-    reset_ticks
-        For how many ticks of the clock it does so at power-up.
-    where
-        What error messages call all this: the file that it was read from.
-
     Raises
     ------
     ArgumentError
@@ -88,18 +63,29 @@ class Pins:
     """
 
     top: str
+    """The module."""
     clock: str
+    """Input, one bit: it works at the rising edge, at the falling one, or at both."""
     a_in: str
     b_in: str
+    """Inputs, one bit: the encoder. They know nothing of the clock."""
     requested: str
+    """Input, a signed total of steps that are to have been inserted, 2 to 32 bits."""
     a_out: str
     b_out: str
+    """Outputs, one bit: what the controller sees."""
     completed: str
+    """Output, the signed total of steps that have been inserted, 2 to 32 bits."""
     refused: str | None = None
+    """Output, 1 to 32 bits: 0, or the number of the reason why it refuses what is requested for good. Optional."""
     reset: str | None = None
+    """Input, one bit. Optional."""
     reset_active: Active = Active.HIGH
+    """The level at which it resets."""
     reset_ticks: int = 8
+    """For how many ticks of the clock it does so at power-up."""
     where: str = "pins"
+    """What error messages call all this: the file that it was read from."""
 
     def __post_init__(self) -> None:
         whole_within(f"{self.where}: reset_ticks", self.reset_ticks, 1, 10_000)

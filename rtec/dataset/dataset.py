@@ -28,57 +28,41 @@ class Dataset:
     What depends on the conditions in a nonlinear way (the sign of a velocity) must go through the same filter as the
     observed force did: so columns are computed for every sample and then decimated by ``columns``, never computed
     from decimated conditions. ``coordinates`` are decimated conditions, for pictures and tables only.
-
-    Parameters
-    ----------
-    source
-        File, for messages.
-    observe, observable
-        Quantity to be explained (``deviation``, or the name of a column), and its kind, for which there are effects.
-    units
-        Units inside.
-    observed
-        Shape (rows,), in ``units.observed``.
-    conditions
-        The same rows; where ``resample`` is given, every sample of the log before it was decimated.
-    cell
-        Number of the cell of each reading, shape (rows,): readings of one cell were taken under the same conditions
-        (target and direction; in a log place, direction and speed) in different passes; −1 without a repeat.
-    stands_for
-        How many rows of the file were put together into each, shape (rows,); None where all stayed apart.
-    passage
-        Number of the pass, 0, 1, ..., that each reading belongs to: a stretch in one direction within a run. Readings
-        of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass.
-    notes
-        What was done to the file's numbers before (differentiation, decimation, rows left out), in sentences.
-    unknown
-        Numeric columns that name no known quantity, by heading: they can be looked at, but no effect uses them.
-    resample
-        How a column of every sample becomes one of ``rows`` readings; None where nothing was decimated.
-    coordinate
-        Where the position comes from: ``target``, ``actual`` or ``time``; ``velocity`` for a table of readings at
-        several speeds, which has no positions (all are 0).
-    cutoff_hz
-        Of the low pass in front of the derivatives; None where positions were not filtered.
-    axis
-        Number of the axis that was measured; None where the file does not say it (``# axis: 1``).
     """
 
     source: str
+    """File, for messages."""
     observe: str
     observable: Observable
+    """Quantity to be explained (``deviation``, or the name of a column), and its kind, for which there are
+    effects."""
     units: Units
+    """Units inside."""
     observed: Floats
+    """Shape (rows,), in ``units.observed``."""
     conditions: Conditions
+    """The same rows; where ``resample`` is given, every sample of the log before it was decimated."""
     cell: Ints
+    """Number of the cell of each reading, shape (rows,): readings of one cell were taken under the same conditions
+    (target and direction; in a log place, direction and speed) in different passes; −1 without a repeat."""
     stands_for: Floats | None = None
+    """How many rows of the file were put together into each, shape (rows,); None where all stayed apart."""
     passage: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """Number of the pass, 0, 1, ..., that each reading belongs to: a stretch in one direction within a run. Readings
+    of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass."""
     notes: tuple[str, ...] = ()
+    """What was done to the file's numbers before (differentiation, decimation, rows left out), in sentences."""
     unknown: tuple[tuple[str, Floats], ...] = ()
+    """Numeric columns that name no known quantity, by heading: they can be looked at, but no effect uses them."""
     resample: Resample | None = None
+    """How a column of every sample becomes one of ``rows`` readings; None where nothing was decimated."""
     coordinate: str = "target"
+    """Where the position comes from: ``target``, ``actual`` or ``time``; ``velocity`` for a table of readings at
+    several speeds, which has no positions (all are 0)."""
     cutoff_hz: float | None = None
+    """Of the low pass in front of the derivatives; None where positions were not filtered."""
     axis: int | None = None
+    """Number of the axis that was measured; None where the file does not say it (``# axis: 1``)."""
 
     def __post_init__(self) -> None:
         if self.resample is not None and self.conditions.rows != self.resample.samples:

@@ -131,18 +131,6 @@ class Resample:
     0.05 dB, forwards and backwards, at frequency zero. Columns and observed quantity shrink alike, so that amplitudes
     stay what they are.
 
-    Parameters
-    ----------
-    stretches
-        First sample and end of each evenly sampled stretch: each is filtered for itself. Together they hold every
-        sample.
-    stages
-        Factors of ``scipy.signal.decimate``, one after the other.
-    starts
-        First decimated row of each group that becomes one row, its mean, shape (rows,); None where all stay apart.
-    picked
-        Which of these rows are taken, shape (rows,); None for all.
-
     Examples
     --------
     >>> resample = Resample(stretches=((0, 500),), stages=(10,))
@@ -151,9 +139,14 @@ class Resample:
     """
 
     stretches: tuple[Stretch, ...]
+    """First sample and end of each evenly sampled stretch: each is filtered for itself. Together they hold every
+    sample."""
     stages: tuple[int, ...]
+    """Factors of ``scipy.signal.decimate``, one after the other."""
     starts: Ints | None = None
+    """First decimated row of each group that becomes one row, its mean, shape (rows,); None where all stay apart."""
     picked: Ints | None = None
+    """Which of these rows are taken, shape (rows,); None for all."""
 
     @property
     def samples(self) -> int:

@@ -37,35 +37,24 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """One parameter of an effect in two measurements, or an effect that only one of them shows.
-
-    Parameters
-    ----------
-    effect
-        Its name.
-    parameter
-        Name of the parameter; nothing for an effect that only one of the two shows.
-    first, other
-        The parameter in each, with its standard error; None where the effect was not found.
-    difference, error
-        Other less first, and its standard error, in the unit of the values; None where there is no such thing.
-    p_adjusted
-        Probability of so large a difference by the errors alone, adjusted (Holm) for all that are compared.
-    outcome
-        What that comes to.
-    reason
-        In words, where the outcome needs one.
-    """
+    """One parameter of an effect in two measurements, or an effect that only one of them shows."""
 
     effect: str
+    """Its name."""
     parameter: str
+    """Name of the parameter; nothing for an effect that only one of the two shows."""
     first: Value | None
     other: Value | None
+    """The parameter in each, with its standard error; None where the effect was not found."""
     outcome: Outcome
+    """What that comes to."""
     difference: float | None = None
     error: float | None = None
+    """Other less first, and its standard error, in the unit of the values; None where there is no such thing."""
     p_adjusted: float | None = None
+    """Probability of so large a difference by the errors alone, adjusted (Holm) for all that are compared."""
     reason: str = ""
+    """In words, where the outcome needs one."""
 
 
 def changes_from_first(results: Mapping[str, Diagnosis | Comparison]) -> dict[str, tuple[Change, ...]]:

@@ -106,24 +106,16 @@ def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class HeldOutGain:
-    """What an effect gains on readings that were held out.
-
-    Parameters
-    ----------
-    gain
-        Fall of the mean square, in the observed unit inside squared.
-    error
-        Its standard error between cells.
-    nats
-        Rise of the log density of the readings held out, their noise as correlated within a cell as it is.
-    without_best
-        The same without the cell that gains most.
-    """
+    """What an effect gains on readings that were held out."""
 
     gain: float
+    """Fall of the mean square, in the observed unit inside squared."""
     error: float
+    """Its standard error between cells."""
     nats: float
+    """Rise of the log density of the readings held out, their noise as correlated within a cell as it is."""
     without_best: float
+    """The same without the cell that gains most."""
 
     @property
     def passes(self) -> bool:

@@ -59,38 +59,26 @@ class Where:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison:
-    """What a model leaves of a measurement.
-
-    Parameters
-    ----------
-    dataset, heldout
-        The measurement, and the one held out, if it is another file.
-    model
-        With what it left open fitted to ``dataset``.
-    stated
-        Of each of its terms, whether its numbers were given and not fitted.
-    residual
-        Observed less model, shape (rows,), in the observed unit inside.
-    rms, rms_heldout
-        Root mean square of the residual, and of that of readings that took no part in the fit.
-    heldout_by
-        What was held out: a ``stretch`` at a time, or the name of the other file.
-    noise
-        Noise of one reading.
-    where
-        The quantities that the residual goes with, the largest share first.
-    """
+    """What a model leaves of a measurement."""
 
     dataset: Dataset
     heldout: Dataset | None
+    """The measurement, and the one held out, if it is another file."""
     model: Model
+    """With what it left open fitted to ``dataset``."""
     stated: tuple[bool, ...]
+    """Of each of its terms, whether its numbers were given and not fitted."""
     residual: Floats
+    """Observed less model, shape (rows,), in the observed unit inside."""
     rms: float
     rms_heldout: float
+    """Root mean square of the residual, and of that of readings that took no part in the fit."""
     heldout_by: str
+    """What was held out: a ``stretch`` at a time, or the name of the other file."""
     noise: NoiseFloor
+    """Noise of one reading."""
     where: tuple[Where, ...]
+    """The quantities that the residual goes with, the largest share first."""
 
     @property
     def at_the_floor(self) -> bool:

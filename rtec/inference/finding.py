@@ -36,35 +36,24 @@ class Offset:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """What a search found, before it is put into words.
-
-    Parameters
-    ----------
-    search, model
-        On all rows.
-    scout, scouted
-        The search on the rows that were drawn, and what it found; the same where nothing had to be drawn.
-    begun
-        The model that the search began with, fitted.
-    probability
-        Of each effect that competed.
-    outliers
-        Readings left out.
-    heldout
-        Another measurement to score on.
-    searched
-        False where one effect was added as the user said.
-    """
+    """What a search found, before it is put into words."""
 
     search: Search
     model: Scored
+    """On all rows."""
     scout: Search
     scouted: Scored
+    """The search on the rows that were drawn, and what it found; the same where nothing had to be drawn."""
     begun: Model
+    """The model that the search began with, fitted."""
     probability: Mapping[str, float]
+    """Of each effect that competed."""
     outliers: tuple[Outlier, ...] = ()
+    """Readings left out."""
     heldout: Dataset | None = None
+    """Another measurement to score on."""
     searched: bool = True
+    """False where one effect was added as the user said."""
     offset: Offset | None = None
     """A constant that no effect's own zero explains."""
 

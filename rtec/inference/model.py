@@ -13,30 +13,20 @@ from rtec.effects import Conditions, Effect, Floats, Shape, Units, WavesShape
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Term:
-    """One effect of a model.
-
-    Parameters
-    ----------
-    effect
-        From the library.
-    shape
-        Period, time constant, nodes, ...; None where a fit has to find them.
-    amplitudes
-        In units inside; None where a fit has to find them.
-    errors
-        Standard error of each amplitude; None where no fit gave them.
-    covariance
-        Of the amplitudes with each other, shape (amplitudes, amplitudes); None where it is not known, as of a file.
-    shape_errors
-        Standard error of each refitted shape parameter, by its name.
-    """
+    """One effect of a model."""
 
     effect: Effect
+    """From the library."""
     shape: Shape | None = None
+    """Period, time constant, nodes, ...; None where a fit has to find them."""
     amplitudes: tuple[float, ...] | None = None
+    """In units inside; None where a fit has to find them."""
     errors: tuple[float, ...] | None = None
+    """Standard error of each amplitude; None where no fit gave them."""
     covariance: tuple[tuple[float, ...], ...] | None = None
+    """Of the amplitudes with each other, shape (amplitudes, amplitudes); None where it is not known, as of a file."""
     shape_errors: tuple[tuple[str, float], ...] = ()
+    """Standard error of each refitted shape parameter, by its name."""
 
     @property
     def name(self) -> str:

@@ -34,27 +34,18 @@ MOST_COLUMNS = 12
 
 @dataclass(frozen=True, eq=False)
 class Probe(Effect):
-    """Generic columns.
-
-    Parameters
-    ----------
-    name
-        Stands for it in a search.
-    depends_on
-        What it is a function of, for people.
-    table
-        Of the whole data set that it was made for, shape (rows, columns).
-    builds_on
-        The effect whose change it is, beside which alone it may stand.
-    in_time
-        Whether it changes from repeat to repeat.
-    """
+    """Generic columns."""
 
     name: str
+    """Stands for it in a search."""
     depends_on: tuple[str, ...]
+    """What it is a function of, for people."""
     table: Floats
+    """Of the whole data set that it was made for, shape (rows, columns)."""
     builds_on: frozenset[str] = frozenset()
+    """The effect whose change it is, beside which alone it may stand."""
     in_time: bool = False
+    """Whether it changes from repeat to repeat."""
 
     needs = "nothing"
     is_map = True

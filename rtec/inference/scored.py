@@ -29,30 +29,20 @@ START = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scored:
-    """A model and what speaks for it.
-
-    Parameters
-    ----------
-    choices
-        Its effects.
-    score
-        Log marginal likelihood, averaged over colours of noise, less the price of everything that was chosen; nats.
-    colour
-        The likeliest noise.
-    colours
-        (colour, log marginal likelihood) of those that were looked at.
-    places
-        Of each part on the ladder of scales.
-    wrong_sign
-        Effects that come out below zero although they cannot be.
-    """
+    """A model and what speaks for it."""
 
     choices: tuple[Choice, ...]
+    """Its effects."""
     score: float
+    """Log marginal likelihood, averaged over colours of noise, less the price of everything that was chosen; nats."""
     colour: Colour
+    """The likeliest noise."""
     colours: tuple[tuple[Colour, float], ...]
+    """(colour, log marginal likelihood) of those that were looked at."""
     places: NDArray[np.int64]
+    """Of each part on the ladder of scales."""
     wrong_sign: tuple[str, ...] = ()
+    """Effects that come out below zero although they cannot be."""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -14,30 +14,20 @@ from rtec.signal import STATES, EdgeStream, count_deltas, states_of_levels
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Walk:
-    """What one insertion does to the lines.
-
-    Parameters
-    ----------
-    state
-        The encoder's, 1..4 as the report counts; the lines pass unchanged before.
-    sign
-        +1 or -1: whether counts are added.
-    states
-        Of the controller, one after the other.
-    levels
-        The same as levels of A and B, such as ``10``.
-    counts
-        Of the controller, after each.
-    lines
-        What each change is, such as ``A=1``.
-    """
+    """What one insertion does to the lines."""
 
     state: int
+    """The encoder's, 1..4 as the report counts; the lines pass unchanged before."""
     sign: int
+    """+1 or -1: whether counts are added."""
     states: tuple[int, ...]
+    """Of the controller, one after the other."""
     levels: tuple[str, ...]
+    """The same as levels of A and B, such as ``10``."""
     counts: tuple[int, ...]
+    """Of the controller, after each."""
     lines: tuple[str, ...]
+    """What each change is, such as ``A=1``."""
 
     @property
     def start_levels(self) -> str:

@@ -34,21 +34,14 @@ class Direction(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Logged:
-    """A frame of a log.
-
-    Parameters
-    ----------
-    frame
-        The frame.
-    time_ps
-        Since the first frame of the log; for the reader of a format, on the clock of the file.
-    direction
-        Its direction as seen by the recorder.
-    """
+    """A frame of a log."""
 
     frame: Frame
+    """The frame."""
     time_ps: int
+    """Since the first frame of the log; for the reader of a format, on the clock of the file."""
     direction: Direction
+    """Its direction as seen by the recorder."""
 
 
 def _time_ps(text: str) -> int:

@@ -15,15 +15,6 @@ PAYLOAD_BYTES = 8
 class Frame:
     """A classic data frame (ISO 11898-1); remote and error frames are none.
 
-    Parameters
-    ----------
-    identifier
-        0 to 0x7FF, in the extended format to 0x1FFFFFFF; the lowest wins the bus.
-    data
-        Up to 8 bytes.
-    extended
-        Whether the identifier is of 29 bits (ISO 11898-1: extended format) rather than of 11 (base format).
-
     Raises
     ------
     ArgumentError
@@ -39,8 +30,11 @@ class Frame:
     """
 
     identifier: int
+    """0 to 0x7FF, in the extended format to 0x1FFFFFFF; the lowest wins the bus."""
     data: bytes
+    """Up to 8 bytes."""
     extended: bool = False
+    """Whether the identifier is of 29 bits (ISO 11898-1: extended format) rather than of 11 (base format)."""
 
     def __post_init__(self) -> None:
         limit = (1 << (29 if self.extended else 11)) - 1

@@ -73,25 +73,17 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Message:
-    """A frame by name.
-
-    Parameters
-    ----------
-    name
-        ``Hold``, ``Setup``, ``Expected``, ``Status``, ``Request``, ``Corrections``, ``Position`` or ``Probe``.
-    axis
-        1 to 15; of a hold, the axis that is its cause (0: none).
-    values
-        Field by field: a label where the DBC has one for the value, else the number as it is sent, before the factor
-        that the DBC has for a step. Empty if the length is wrong.
-    verdict
-        Whether the frame is valid. Order and session are for the node to judge, which knows what came.
-    """
+    """A frame by name."""
 
     name: str
+    """``Hold``, ``Setup``, ``Expected``, ``Status``, ``Request``, ``Corrections``, ``Position`` or ``Probe``."""
     axis: int
+    """1 to 15; of a hold, the axis that is its cause (0: none)."""
     values: Mapping[str, int | str]
+    """Field by field: a label where the DBC has one for the value, else the number as it is sent, before the factor
+    that the DBC has for a step. Empty if the length is wrong."""
     verdict: Verdict
+    """Whether the frame is valid. Order and session are for the node to judge, which knows what came."""
 
 
 class MessageSet:

@@ -23,43 +23,29 @@ class BusState(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Received:
-    """A frame that has arrived.
-
-    Parameters
-    ----------
-    frame
-        The frame.
-    arrival_ps
-        When it arrived, on the clock of the transport.
-    """
+    """A frame that has arrived."""
 
     frame: Frame
+    """The frame."""
     arrival_ps: int
+    """When it arrived, on the clock of the transport."""
 
 
 @dataclass(slots=True, kw_only=True)
 class Traffic:
-    """What a transport has counted since it was opened.
-
-    Parameters
-    ----------
-    sent, received
-        Classic data frames.
-    unsent
-        Frames dropped because the way to the bus was full.
-    remote, error, foreign
-        Frames that were passed over: remote frames, error frames, CAN FD frames.
-    garbled
-        Pieces of input that were no frame.
-    """
+    """What a transport has counted since it was opened."""
 
     sent: int = 0
     received: int = 0
+    """Classic data frames."""
     unsent: int = 0
+    """Frames dropped because the way to the bus was full."""
     remote: int = 0
     error: int = 0
     foreign: int = 0
+    """Frames that were passed over: remote frames, error frames, CAN FD frames."""
     garbled: int = 0
+    """Pieces of input that were no frame."""
 
 
 class Transport(Protocol):

@@ -35,28 +35,20 @@ Values = dict[str, int | str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """A stretch of time in which the node says something else than the log.
-
-    Parameters
-    ----------
-    axis, message, field
-        Where.
-    from_s, to_s
-        When, on the clock of the log.
-    frames
-        Frames of log and node that have no counterpart.
-    logged, said
-        What the log holds and what the node says, at the beginning; None: nothing at that time.
-    """
+    """A stretch of time in which the node says something else than the log."""
 
     axis: int
     message: str
     field: str
+    """Where."""
     from_s: float
     to_s: float
+    """When, on the clock of the log."""
     frames: int
+    """Frames of log and node that have no counterpart."""
     logged: int | str | None
     said: int | str | None
+    """What the log holds and what the node says, at the beginning; None: nothing at that time."""
 
 
 class _Track:

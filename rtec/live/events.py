@@ -12,21 +12,14 @@ MOST_EVENTS = 10_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Something that happened.
-
-    Parameters
-    ----------
-    at_s
-        Since the start.
-    axis
-        At which axis; None: to the whole process.
-    text
-        In words.
-    """
+    """Something that happened."""
 
     at_s: float
+    """Since the start."""
     axis: int | None
+    """At which axis; None: to the whole process."""
     text: str
+    """In words."""
 
     def __str__(self) -> str:
         where = "" if self.axis is None else f"axis {self.axis}: "

@@ -47,24 +47,16 @@ HELP = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """One order.
-
-    Parameters
-    ----------
-    word
-        What to do.
-    axis
-        At which axis; None: at all.
-    act
-        Does it at a station; nothing where the order is none for an axis.
-    wait_s
-        How long `wait` waits.
-    """
+    """One order."""
 
     word: Word
+    """What to do."""
     axis: int | None = None
+    """At which axis; None: at all."""
     act: Callable[[Station], None] = lambda station: None
+    """Does it at a station; nothing where the order is none for an axis."""
     wait_s: float = 0.0
+    """How long `wait` waits."""
 
 
 _AXIS = re.compile(r"axis\s+(\d{1,2})\s*:?\s*(.*)", re.IGNORECASE | re.DOTALL)

@@ -27,21 +27,14 @@ FATAL_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PcEnding:
-    """How a run ended.
-
-    Parameters
-    ----------
-    why
-        `Ctrl-C`, `SIGTERM`, `duration`, `held`, `nobody answers` or `box stopped`.
-    text
-        In words.
-    good
-        Whether it ended because it was asked to.
-    """
+    """How a run ended."""
 
     why: str
+    """`Ctrl-C`, `SIGTERM`, `duration`, `held`, `nobody answers` or `box stopped`."""
     text: str
+    """In words."""
     good: bool
+    """Whether it ended because it was asked to."""
 
 
 class PcRun:

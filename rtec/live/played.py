@@ -79,49 +79,34 @@ def kind_of(frame: Frame) -> Kind | None:
 
 @dataclass(slots=True, kw_only=True)
 class Survey:
-    """What a log holds.
-
-    Parameters
-    ----------
-    role
-        Whose frames are to be played.
-    played, compared, others
-        Frames of that side, of the node under test, and of other senders.
-    entry_ps, end_ps
-        The PC's first frame, at which playing begins, and the end: the last frame, or twenty cycles after the PC's
-        last, since a box that is alone has nothing to answer.
-    last_pc_ps
-        The PC's last frame.
-    first_axis
-        The axis of that frame.
-    axes
-        Those that the log's PC speaks to.
-    kinds
-        Messages of the node under test.
-    before
-        What a box says last before the PC's first frame, by identifier; where it says nothing before, its first.
-    cycle_ps
-        Usual time between two statuses, or two requests, of an axis.
-    homes
-        Whether the PC takes an axis home in it.
-    cut_off
-        What is wrong with the end of the file; None: it is whole.
-    """
+    """What a log holds."""
 
     role: Role
+    """Whose frames are to be played."""
     played: int = 0
     compared: int = 0
     others: int = 0
+    """Frames of that side, of the node under test, and of other senders."""
     entry_ps: int = -1
     end_ps: int = 0
+    """The PC's first frame, at which playing begins, and the end: the last frame, or twenty cycles after the PC's
+    last, since a box that is alone has nothing to answer."""
     last_pc_ps: int = 0
+    """The PC's last frame."""
     first_axis: int = 0
+    """The axis of that frame."""
     axes: set[int] = field(default_factory=set)
+    """Those that the log's PC speaks to."""
     kinds: set[Kind] = field(default_factory=set)
+    """Messages of the node under test."""
     before: dict[int, Frame] = field(default_factory=dict)
+    """What a box says last before the PC's first frame, by identifier; where it says nothing before, its first."""
     cycle_ps: int = 0
+    """Usual time between two statuses, or two requests, of an axis."""
     homes: bool = False
+    """Whether the PC takes an axis home in it."""
     cut_off: str | None = None
+    """What is wrong with the end of the file; None: it is whole."""
 
 
 def survey(path: Path, role: Role) -> Survey:

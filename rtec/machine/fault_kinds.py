@@ -68,26 +68,6 @@ class FaultRow:
     Those of rtec are the members of `FaultKind`. Lines that go wrong in another way are a row of one's own, which a
     `Fault` takes as well.
 
-    Parameters
-    ----------
-    words
-        What it is called.
-    code
-        What is done, as the kernels number it.
-    category
-        What it is done to.
-    activated_by
-        What shows that the fault was activated.
-    meaning
-        What happens, in a few words.
-    lines
-        Of the cable between encoder and box (code ``CABLE``): the levels that the box gets, as ``lines(levels,
-        before)`` of those that the encoder gives, and of those that the box got last before the fault; A + 2 B each.
-    glitches
-        Share of the edges that one follows, and its width in ps (code ``GLITCHES``).
-    seen_by
-        What else than the box could see it.
-
     Raises
     ------
     ArgumentError
@@ -102,13 +82,22 @@ class FaultRow:
     """
 
     words: str
+    """What it is called."""
     code: int
+    """What is done, as the kernels number it."""
     category: FaultCategory
+    """What it is done to."""
     activated_by: ActivatedBy
+    """What shows that the fault was activated."""
     meaning: str
+    """What happens, in a few words."""
     lines: Callable[[int, int], int] | None = None
+    """Of the cable between encoder and box (code ``CABLE``): the levels that the box gets, as ``lines(levels,
+    before)`` of those that the encoder gives, and of those that the box got last before the fault; A + 2 B each."""
     glitches: tuple[float, int] = NO_GLITCHES
+    """Share of the edges that one follows, and its width in ps (code ``GLITCHES``)."""
     seen_by: str = ""
+    """What else than the box could see it."""
 
     def __post_init__(self) -> None:
         _ = self.cable

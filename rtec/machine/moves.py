@@ -50,15 +50,6 @@ class Line:
 
     All axes are at the same share of it at every time: where one is held, all come to rest on the line.
 
-    Parameters
-    ----------
-    targets_mm
-        Position from home of each axis.
-    speed_mm_s
-        Feed along the line.
-    rest_s
-        How long they rest at its end.
-
     Raises
     ------
     ArgumentError
@@ -71,8 +62,11 @@ class Line:
     """
 
     targets_mm: tuple[float, ...]
+    """Position from home of each axis."""
     speed_mm_s: float
+    """Feed along the line."""
     rest_s: float = 0.0
+    """How long they rest at its end."""
 
     def __post_init__(self) -> None:
         targets = tuple(number_within("targets_mm", target, -1e6, 1e6, unit="mm") for target in self.targets_mm)

@@ -29,26 +29,6 @@ def _hold_edges() -> InjectorSettings:
 class StationSettings:
     """An axis with its box.
 
-    Parameters
-    ----------
-    axis
-        Its number, 1 to 15.
-    injector
-        Design and timing of the box; real edges are held back by default (decision 8).
-    microcontroller
-        A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
-        the firmware's own. None: the injector models it.
-    encoder, servo, receiver, handshake, supervision
-        The other parts. The receiver stops the drive at an illegal transition by default, as a controller's encoder
-        supervision does.
-    acceleration_mm_s2
-        Of the moves.
-    hold_ramp_s
-        Time in which the feed override goes from 1 to 0 when the machine is held.
-    following_limit_mm
-        Lag beyond that of the feed (speed / Kv, as a position loop follows it) at which the controller stops the
-        drive.
-
     Raises
     ------
     ArgumentError
@@ -56,16 +36,26 @@ class StationSettings:
     """
 
     axis: int = 1
+    """Its number, 1 to 15."""
     injector: InjectorSettings = field(default_factory=_hold_edges)
+    """Design and timing of the box; real edges are held back by default (decision 8)."""
     microcontroller: Microcontroller | None = None
+    """A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
+    the firmware's own. None: the injector models it."""
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
     receiver: ReceiverSettings = field(default_factory=lambda: ReceiverSettings(policy=IllegalPolicy.FAULT))
     handshake: HandshakeSettings = field(default_factory=HandshakeSettings)
     supervision: SupervisionLimits = field(default_factory=SupervisionLimits)
+    """The other parts. The receiver stops the drive at an illegal transition by default, as a controller's encoder
+    supervision does."""
     acceleration_mm_s2: float = 500.0
+    """Of the moves."""
     hold_ramp_s: float = 0.05
+    """Time in which the feed override goes from 1 to 0 when the machine is held."""
     following_limit_mm: float = 1.0
+    """Lag beyond that of the feed (speed / Kv, as a position loop follows it) at which the controller stops the
+    drive."""
     switch_on: bool = True
 
     def __post_init__(self) -> None:

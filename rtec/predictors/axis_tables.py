@@ -34,21 +34,6 @@ def reach_of(parts: Iterable[Reach]) -> Reach:
 class AxisTable:
     """What one axis contributes to the error: a table of its position, linear between its points.
 
-    Parameters
-    ----------
-    of
-        Whose position: ``position``, that of the axis itself, or ``position_NUMBER``.
-    positions_mm
-        Ascending, shape (n,).
-    values
-        Shape (n,): errors in mm; with an arm angles in rad. Beyond the ends those of the ends.
-    direction
-        +1 or -1: of this direction of motion alone; 0 of both.
-    arm
-        The axis whose position, less the middle of ``arm_mm``, an angle acts on; None without.
-    arm_mm
-        Lowest and highest position of that axis, at which it is held.
-
     Raises
     ------
     ArgumentError
@@ -61,11 +46,17 @@ class AxisTable:
     """
 
     of: str
+    """Whose position: ``position``, that of the axis itself, or ``position_NUMBER``."""
     positions_mm: Floats
+    """Ascending, shape (n,)."""
     values: Floats
+    """Shape (n,): errors in mm; with an arm angles in rad. Beyond the ends those of the ends."""
     direction: int = 0
+    """+1 or -1: of this direction of motion alone; 0 of both."""
     arm: str | None = None
+    """The axis whose position, less the middle of ``arm_mm``, an angle acts on; None without."""
     arm_mm: tuple[float, float] = (0.0, 1.0)
+    """Lowest and highest position of that axis, at which it is held."""
 
     def __post_init__(self) -> None:
         for name in (self.of, self.arm):

@@ -32,20 +32,6 @@ of the jump.
 class LayeredNetwork:
     """One network of logistic neurons with a linear output.
 
-    Parameters
-    ----------
-    inputs
-        Names of ``INPUTS``, or positions of other axes (``position_NUMBER``), in order.
-    middle, half
-        An input is what it stands for (mm; 0 or 1 for the direction) less its middle, divided by its half width; one
-        number an input.
-    hidden
-        Neurons of each hidden layer.
-    weights
-        Layer by layer: ``[input, neuron]``, then biases.
-    bias_mm, factor_mm
-        The error is ``bias_mm + factor_mm * output``.
-
     Raises
     ------
     ArgumentError
@@ -59,12 +45,18 @@ class LayeredNetwork:
     """
 
     inputs: tuple[str, ...]
+    """Names of ``INPUTS``, or positions of other axes (``position_NUMBER``), in order."""
     middle: Floats
     half: Floats
+    """An input is what it stands for (mm; 0 or 1 for the direction) less its middle, divided by its half width; one
+    number an input."""
     hidden: tuple[int, ...]
+    """Neurons of each hidden layer."""
     weights: Floats
+    """Layer by layer: ``[input, neuron]``, then biases."""
     bias_mm: float
     factor_mm: float
+    """The error is ``bias_mm + factor_mm * output``."""
 
     def __post_init__(self) -> None:
         for name in self.inputs:
@@ -107,16 +99,6 @@ class LayeredNetwork:
 class TrainedNetworks(Curve):
     """Error of an axis as the sum of one network or several.
 
-    Parameters
-    ----------
-    networks
-        Whose outputs are added.
-    range_mm
-        Lowest and highest position for which they were trained. Beyond, the error of the end is held: a network says
-        anything there.
-    pitch_mm
-        Travel of a turn of the screw; above 0 mm. Without a network that looks at the turn it does not matter.
-
     Raises
     ------
     ArgumentError
@@ -135,8 +117,12 @@ class TrainedNetworks(Curve):
     """
 
     networks: tuple[LayeredNetwork, ...]
+    """Whose outputs are added."""
     range_mm: tuple[float, float]
+    """Lowest and highest position for which they were trained. Beyond, the error of the end is held: a network says
+    anything there."""
     pitch_mm: float = 1.0
+    """Travel of a turn of the screw; above 0 mm. Without a network that looks at the turn it does not matter."""
     function = staticmethod(_kernels.layered_error)
 
     def __post_init__(self) -> None:

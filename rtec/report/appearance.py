@@ -65,21 +65,6 @@ def is_design(name: str) -> bool:
 class Scale:
     """Turns lengths, positions and feeds in internal units into the study's unit.
 
-    Parameters
-    ----------
-    unit
-        ``um``, ``mm`` or ``inch``, as in headings of files.
-    symbol
-        The same for readers.
-    per_mm
-        Units in one millimetre.
-    decimals
-        Digits behind the point that a reading deserves: a tenth of a micrometre.
-    position_unit, position_per_mm
-        Of positions along the axis.
-    feed_unit, feed_per_mm_s
-        Of feeds.
-
     Examples
     --------
     >>> scale_of("um").text(0.12992), scale_of("inch").text(0.1293), scale_of("mm").text(None)
@@ -89,13 +74,19 @@ class Scale:
     """
 
     unit: str
+    """``um``, ``mm`` or ``inch``, as in headings of files."""
     symbol: str
+    """The same for readers."""
     per_mm: float
+    """Units in one millimetre."""
     decimals: int
+    """Digits behind the point that a reading deserves: a tenth of a micrometre."""
     position_unit: str
     position_per_mm: float
+    """Of positions along the axis."""
     feed_unit: str
     feed_per_mm_s: float
+    """Of feeds."""
 
     def text(self, value_mm: float | None) -> str:
         """Return a length as a number, or a dash where there is none."""

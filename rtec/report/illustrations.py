@@ -25,23 +25,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Illustration:
-    """A figure that is ready for the page and for files.
-
-    Parameters
-    ----------
-    name
-        File name without ending; also the anchor on the page.
-    title, caption
-        For the reader.
-    svg, png
-        The figure.
-    """
+    """A figure that is ready for the page and for files."""
 
     name: str
+    """File name without ending; also the anchor on the page."""
     title: str
     caption: str
+    """For the reader."""
     svg: bytes
     png: bytes
+    """The figure."""
 
 
 class Plate(NamedTuple):

@@ -27,27 +27,6 @@ class PcState(enum.IntEnum):
 class HandshakeSettings:
     """Settings of the handshake between PC and box (Yee 1992, General Considerations).
 
-    Parameters
-    ----------
-    window_steps
-        Largest change of the requested total that the box accepts from one reading to the next.
-    grace_readings
-        Further readings outside the window that the box tolerates before it stops for good.
-    box_period_ps
-        Period with which the box samples the request.
-    update_ps
-        Time for which Data Valid is low while the box's words change.
-    pc_period_ps
-        Period with which the PC makes a request.
-    retry_ps
-        Time to the PC's next reading where Data Valid was low.
-    latency_ps
-        Latency of a message, either way.
-    reversal_mm
-        Hysteresis of the direction that the PC follows: a correction at rest moves the axis, too.
-    rounding_margin
-        Hysteresis of the rounding to whole steps, in steps, so that a correction does not undo itself.
-
     Raises
     ------
     ArgumentError
@@ -60,14 +39,23 @@ class HandshakeSettings:
     """
 
     window_steps: int = 3
+    """Largest change of the requested total that the box accepts from one reading to the next."""
     grace_readings: int = 2
+    """Further readings outside the window that the box tolerates before it stops for good."""
     box_period_ps: int = 1 * PS_PER_MS
+    """Period with which the box samples the request."""
     update_ps: int = 20 * PS_PER_US
+    """Time for which Data Valid is low while the box's words change."""
     pc_period_ps: int = 10 * PS_PER_MS
+    """Period with which the PC makes a request."""
     retry_ps: int = 100 * PS_PER_US
+    """Time to the PC's next reading where Data Valid was low."""
     latency_ps: int = 100 * PS_PER_US
+    """Latency of a message, either way."""
     reversal_mm: float = 0.020
+    """Hysteresis of the direction that the PC follows: a correction at rest moves the axis, too."""
     rounding_margin: float = 0.03
+    """Hysteresis of the rounding to whole steps, in steps, so that a correction does not undo itself."""
 
     def __post_init__(self) -> None:
         whole_within("window_steps", self.window_steps, 1, 32767)

@@ -27,15 +27,6 @@ _KEYS = {number: key for key, number in _NUMBERS.items()}
 class Setup:
     """Design, step and cycle of a box, or those that a PC expects.
 
-    Parameters
-    ----------
-    design
-        What the design is called in commands; any other word is a design of one's own.
-    step_mm
-        Travel of one step: counts of the design times the travel of a count.
-    cycle_ps
-        Between two frames of one kind, on the clock of the bus.
-
     Raises
     ------
     ArgumentError
@@ -56,8 +47,11 @@ class Setup:
     """
 
     design: str
+    """What the design is called in commands; any other word is a design of one's own."""
     step_mm: float
+    """Travel of one step: counts of the design times the travel of a count."""
     cycle_ps: int
+    """Between two frames of one kind, on the clock of the bus."""
 
     def __post_init__(self) -> None:
         number_within("step_mm", self.step_mm, 0.0, 1e9, unit="mm")

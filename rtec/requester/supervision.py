@@ -78,27 +78,6 @@ class HoldReason(Code):
 class SupervisionLimits:
     """Timeouts and limits by which box and PC supervise each other and the bus.
 
-    Parameters
-    ----------
-    cycle_ps
-        The box sends position, corrections and status this often.
-    watchdog_ps
-        Watchdog timeout: longest silence of the other side, a few cycles; beyond it the machine is held.
-    gap_ps
-        Least time between two requests that the box judges. Whatever goes wrong on the bus, a total moves by no more
-        than the window in this time.
-    completion_timeout_ps
-        Longest time that an accepted total may stay unfinished; 0 for no limit. A long rapid beyond the speed
-        gate needs a long one: nothing is inserted then.
-    limit_steps
-        Largest total that the box accepts; 0 for what the request's word of the design holds.
-    limit_mm
-        Largest deviation that the PC corrects; 0 for no limit.
-    most_mm_s
-        Largest speed of the axis: a position that implies a higher one is rejected as implausible.
-    speed
-        Picoseconds of the node's own clock per picosecond of the bus; the times above are on the node's clock.
-
     Raises
     ------
     ArgumentError
@@ -112,13 +91,23 @@ class SupervisionLimits:
     """
 
     cycle_ps: int = 10 * PS_PER_MS
+    """The box sends position, corrections and status this often."""
     watchdog_ps: int = 50 * PS_PER_MS
+    """Watchdog timeout: longest silence of the other side, a few cycles; beyond it the machine is held."""
     gap_ps: int = 2 * PS_PER_MS
+    """Least time between two requests that the box judges. Whatever goes wrong on the bus, a total moves by no more
+    than the window in this time."""
     completion_timeout_ps: int = 0
+    """Longest time that an accepted total may stay unfinished; 0 for no limit. A long rapid beyond the speed gate
+    needs a long one: nothing is inserted then."""
     limit_steps: int = 0
+    """Largest total that the box accepts; 0 for what the request's word of the design holds."""
     limit_mm: float = 0.0
+    """Largest deviation that the PC corrects; 0 for no limit."""
     most_mm_s: float = 1000.0
+    """Largest speed of the axis: a position that implies a higher one is rejected as implausible."""
     speed: float = 1.0
+    """Picoseconds of the node's own clock per picosecond of the bus; the times above are on the node's clock."""
 
     def __post_init__(self) -> None:
         whole_within("cycle_ps", self.cycle_ps, PS_PER_MS, 1000 * PS_PER_MS, unit="ps")

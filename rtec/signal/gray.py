@@ -20,19 +20,13 @@ from rtec.signal._kernels import DELTA
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrayState:
-    """One row of the state table.
-
-    Parameters
-    ----------
-    number
-        The state as the report counts it, 1..4.
-    a, b
-        Levels of the lines in this state, 0 or 1.
-    """
+    """One row of the state table."""
 
     number: int
+    """The state as the report counts it, 1..4."""
     a: int
     b: int
+    """Levels of the lines in this state, 0 or 1."""
 
     @property
     def state(self) -> int:

@@ -26,47 +26,31 @@ DESIGNS = (Design(hidden=(40,)), Design(hidden=(30, 10)), Design(hidden=(30,), w
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Task:
-    """What every method gets.
-
-    Parameters
-    ----------
-    dataset, parts
-        The measurement, and what its readings are for.
-    pitch_mm
-        Travel of a turn of the screw, None where it is not stated.
-    effort
-        What a network is worth.
-    limit
-        What ends a training from outside.
-    tell
-        Told the lowest root mean square error of the choosing readings so far, in mm.
-    """
+    """What every method gets."""
 
     dataset: Dataset
     parts: Parts
+    """The measurement, and what its readings are for."""
     pitch_mm: float | None
+    """Travel of a turn of the screw, None where it is not stated."""
     effort: Effort
+    """What a network is worth."""
     limit: Limit = field(default_factory=Limit)
+    """What ends a training from outside."""
     tell: Callable[[float], None] = lambda loss_mm: None
+    """Told the lowest root mean square error of the choosing readings so far, in mm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
-    """What a method gives.
-
-    Parameters
-    ----------
-    predictor
-        What goes to work.
-    parameters
-        Numbers that were fitted.
-    unsure
-        The same predictor fitted without the places that tell how sure it is; None where ``predictor`` is.
-    """
+    """What a method gives."""
 
     predictor: Predictor
+    """What goes to work."""
     parameters: int
+    """Numbers that were fitted."""
     unsure: Predictor | None = None
+    """The same predictor fitted without the places that tell how sure it is; None where ``predictor`` is."""
     notes: tuple[str, ...] = ()
     courses: tuple[Course, ...] = ()
     tried: tuple[tuple[float, float], ...] = ()

@@ -25,31 +25,21 @@ FEWEST_PLACES = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Parts:
-    """Readings by what they are for; nothing is in two parts.
-
-    Parameters
-    ----------
-    train
-        What a predictor is fitted to.
-    choose
-        What stops a training: other readings of the same places where places were measured more than once, else
-        other places.
-    sure
-        Places that show how far off a predictor is where it was not fitted.
-    heldout
-        What judges: places of which no reading was seen.
-    rows
-        Of the data set: those of ``train`` and ``choose``, shape (rows,).
-    heldout_by
-        In words: ``places``, or the other file.
-    """
+    """Readings by what they are for; nothing is in two parts."""
 
     train: Samples
+    """What a predictor is fitted to."""
     choose: Samples
+    """What stops a training: other readings of the same places where places were measured more than once, else other
+    places."""
     sure: Samples
+    """Places that show how far off a predictor is where it was not fitted."""
     heldout: Samples
+    """What judges: places of which no reading was seen."""
     rows: NDArray[np.bool_]
+    """Of the data set: those of ``train`` and ``choose``, shape (rows,)."""
     heldout_by: str
+    """In words: ``places``, or the other file."""
 
     @property
     def seen(self) -> Samples:

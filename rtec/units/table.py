@@ -30,27 +30,18 @@ class Heading(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit.
-
-    Parameters
-    ----------
-    name
-        As in options, TOML files and JSON.
-    dimension
-        Units of one dimension can be turned into each other.
-    factor
-        From the unit to the one that the dimension has inside: inside = (value + offset) * factor.
-    words
-        What else it is called in other people's headings, in small letters, with a plain u for µ.
-    heading
-        Whether headings have it at all.
-    """
+    """A unit."""
 
     name: str
+    """As in options, TOML files and JSON."""
     dimension: str
+    """Units of one dimension can be turned into each other."""
     factor: float
+    """From the unit to the one that the dimension has inside: inside = (value + offset) * factor."""
     words: tuple[str, ...] = ()
+    """What else it is called in other people's headings, in small letters, with a plain u for µ."""
     heading: Heading = Heading.OURS
+    """Whether headings have it at all."""
     offset: float = 0.0
 
     @property

@@ -25,17 +25,6 @@ FEWEST_POINTS_A_TURN = 4
 class Samples:
     """Readings of an axis that were taken at known places.
 
-    Parameters
-    ----------
-    position_mm
-        Target of each reading, shape (n,), in mm.
-    direction
-        +1 or -1, the direction of approach, shape (n,).
-    error_mm
-        Actual minus target, shape (n,), in mm.
-    others_mm
-        Where other axes stood, by the number of the axis, each of shape (n,), in mm.
-
     Raises
     ------
     ArgumentError
@@ -49,9 +38,13 @@ class Samples:
     """
 
     position_mm: Floats
+    """Target of each reading, shape (n,), in mm."""
     direction: Floats
+    """+1 or -1, the direction of approach, shape (n,)."""
     error_mm: Floats
+    """Actual minus target, shape (n,), in mm."""
     others_mm: Mapping[int, Floats] = field(default_factory=dict)
+    """Where other axes stood, by the number of the axis, each of shape (n,), in mm."""
 
     def __post_init__(self) -> None:
         rows = column("position_mm", self.position_mm).size

@@ -41,26 +41,19 @@ class Geometry(Enum):
 class Across:
     """What one other axis does to the measured one.
 
-    Parameters
-    ----------
-    axis
-        Its number.
-    squareness
-        Slope of the straight line through its table by least squares, in mm a mm.
-    sd
-        Standard error of the slope.
-    straightness_mm
-        Highest less lowest departure from that line.
-
     References
     ----------
     ISO 230-1: squareness between the reference straight lines of two axes, straightness about such a line.
     """
 
     axis: int
+    """Its number."""
     squareness: float
+    """Slope of the straight line through its table by least squares, in mm a mm."""
     sd: float
+    """Standard error of the slope."""
     straightness_mm: float
+    """Highest less lowest departure from that line."""
 
     def __str__(self) -> str:
         slope, sd = 1e6 * self.squareness, 1e6 * self.sd
@@ -79,24 +72,16 @@ class AcrossAxes:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Part:
-    """A table to be fitted.
-
-    Parameters
-    ----------
-    table
-        Its points.
-    weights
-        By how much each of them counts in each reading, shape (rows, points).
-    basis
-        Its values are this times what is fitted, shape (points, numbers).
-    axis
-        The other axis whose squareness and straightness it tells; None for all else.
-    """
+    """A table to be fitted."""
 
     table: AxisTable
+    """Its points."""
     weights: Floats
+    """By how much each of them counts in each reading, shape (rows, points)."""
     basis: Floats
+    """Its values are this times what is fitted, shape (points, numbers)."""
     axis: int | None = None
+    """The other axis whose squareness and straightness it tells; None for all else."""
 
     @property
     def columns(self) -> Floats:

@@ -30,21 +30,14 @@ its neighbours."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SpacedTable:
-    """A table, and how good others were.
-
-    Parameters
-    ----------
-    table
-        That with the lowest error on readings that were not seen, fitted to all.
-    spacing_mm
-        Distance of its points.
-    tried
-        Spacing and root mean square on the readings not seen, in mm each, of all that were tried.
-    """
+    """A table, and how good others were."""
 
     table: Table
+    """That with the lowest error on readings that were not seen, fitted to all."""
     spacing_mm: float
+    """Distance of its points."""
     tried: tuple[tuple[float, float], ...]
+    """Spacing and root mean square on the readings not seen, in mm each, of all that were tried."""
 
 
 def spaced_table(samples: Samples, kind: type[Table], between: Between, *, seed: int = 0) -> SpacedTable:

@@ -25,18 +25,12 @@ FIRST_SHARE = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limit:
-    """What ends trainings from outside; the best so far is kept.
-
-    Parameters
-    ----------
-    until_s
-        Time of `time.perf_counter`.
-    stopped
-        Asked after every epoch.
-    """
+    """What ends trainings from outside; the best so far is kept."""
 
     until_s: float = math.inf
+    """Time of `time.perf_counter`."""
     stopped: Callable[[], bool] = lambda: False
+    """Asked after every epoch."""
 
     @property
     def reached(self) -> bool:
@@ -57,19 +51,6 @@ _NO_LIMIT = Limit()
 class Effort:
     """How much work a network is worth.
 
-    Parameters
-    ----------
-    algorithm
-        That lowers the sum of squares.
-    starts
-        Trainings from weights drawn anew; the best is kept.
-    epochs
-        Of a training, at most.
-    patience
-        Epochs without a lower error on the readings that it does not see, after which a training ends.
-    seed
-        Draws the first weights.
-
     Raises
     ------
     ArgumentError
@@ -77,10 +58,15 @@ class Effort:
     """
 
     algorithm: Algorithm = Algorithm.LM
+    """That lowers the sum of squares."""
     starts: int = 10
+    """Trainings from weights drawn anew; the best is kept."""
     epochs: int = 1000
+    """Of a training, at most."""
     patience: int = 200
+    """Epochs without a lower error on the readings that it does not see, after which a training ends."""
     seed: int = 0
+    """Draws the first weights."""
 
     def __post_init__(self) -> None:
         for name in ("starts", "epochs", "patience"):
@@ -92,25 +78,17 @@ class Effort:
 
 @dataclass(slots=True, kw_only=True)
 class Course:
-    """How a training went.
-
-    Parameters
-    ----------
-    train_mm, unseen_mm
-        Root mean square after each epoch, of what was trained on and of what was not.
-    seconds
-        Of all starts together.
-    epochs
-        Of all starts together.
-    squares_mm2
-        Sum of squares of the weights that were kept, over what was trained on.
-    """
+    """How a training went."""
 
     train_mm: list[float] = field(default_factory=list)
     unseen_mm: list[float] = field(default_factory=list)
+    """Root mean square after each epoch, of what was trained on and of what was not."""
     seconds: float = 0.0
+    """Of all starts together."""
     epochs: int = 0
+    """Of all starts together."""
     squares_mm2: float = math.nan
+    """Sum of squares of the weights that were kept, over what was trained on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -42,37 +42,25 @@ _REVERSALS = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Panel:
-    """Effects that one picture shows together.
-
-    Parameters
-    ----------
-    terms
-        The effects.
-    over
-        What they are drawn over, one value for each reading.
-    part
-        What they contribute together, shape (rows,), in the observed unit inside; of what grows with position, in the
-        middle of each section.
-    rows
-        Readings that the picture shows, shape (rows,).
-    groups
-        Readings that are drawn alike: of one direction, or of one part of the axis.
-    by_group
-        Whether the model has a curve for each group; what time and heat do is one curve.
-    is_path
-        Whether readings are joined in their order, as loops are.
-    period
-        Of a wave that is drawn over one period, in position units; None for anything else.
-    """
+    """Effects that one picture shows together."""
 
     terms: tuple[Term, ...]
+    """The effects."""
     over: Abscissa
+    """What they are drawn over, one value for each reading."""
     part: Floats
+    """What they contribute together, shape (rows,), in the observed unit inside; of what grows with position, in the
+    middle of each section."""
     rows: Mask
+    """Readings that the picture shows, shape (rows,)."""
     groups: tuple[Way, ...]
+    """Readings that are drawn alike: of one direction, or of one part of the axis."""
     by_group: bool = True
+    """Whether the model has a curve for each group; what time and heat do is one curve."""
     is_path: bool = False
+    """Whether readings are joined in their order, as loops are."""
     period: float | None = None
+    """Of a wave that is drawn over one period, in position units; None for anything else."""
 
 
 def effect_panels(dataset: Dataset, model: Model) -> list[Panel]:

@@ -111,22 +111,15 @@ class FigureGroup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FigureTable:
-    """The figures of one test or several, all with the same decimals.
-
-    Parameters
-    ----------
-    headings
-        Of the columns: one test has both directions, each of them, and the uncertainty where one is stated; several
-        have a column each.
-    groups
-        ISO 230-2, VDI/DGQ 3441, thesis and bare readings, without what no test has.
-    decimals
-        Of every number.
-    """
+    """The figures of one test or several, all with the same decimals."""
 
     headings: tuple[str, ...]
+    """Of the columns: one test has both directions, each of them, and the uncertainty where one is stated; several
+    have a column each."""
     groups: tuple[FigureGroup, ...]
+    """ISO 230-2, VDI/DGQ 3441, thesis and bare readings, without what no test has."""
     decimals: int
+    """Of every number."""
 
 
 def figure_table(names: Sequence[str], documents: Sequence[Mapping[str, Any]]) -> FigureTable:

@@ -35,23 +35,16 @@ _TARGET_COLUMNS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SheetUnits:
-    """Units of a sheet.
-
-    Parameters
-    ----------
-    name, symbol
-        Of deviations, as in files and for people.
-    factor
-        From the unit inside to it.
-    position_symbol, position_factor
-        The same for targets.
-    """
+    """Units of a sheet."""
 
     name: str
     symbol: str
+    """Of deviations, as in files and for people."""
     factor: float
+    """From the unit inside to it."""
     position_symbol: str
     position_factor: float
+    """The same for targets."""
 
 
 def units_of(test: JudgedTest, unit: str | None) -> SheetUnits:
@@ -76,59 +69,40 @@ def units_of(test: JudgedTest, unit: str | None) -> SheetUnits:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SheetOfTest:
-    """What is shown of one test.
-
-    Parameters
-    ----------
-    judged, document
-        The test, and all its figures in the unit of the sheet, under the contract's names.
-    name
-        Of the file, for people.
-    facts
-        What it is: targets, runs, and what the file says of it.
-    warnings, uncertainty
-        Sentences.
-    targets
-        A row of texts for each target, under ``Sheet.target_headings``.
-    """
+    """What is shown of one test."""
 
     judged: JudgedTest
     document: dict[str, Any]
+    """The test, and all its figures in the unit of the sheet, under the contract's names."""
     name: str
+    """Of the file, for people."""
     facts: tuple[tuple[str, str], ...]
+    """What it is: targets, runs, and what the file says of it."""
     warnings: tuple[str, ...]
     uncertainty: tuple[str, ...]
+    """Sentences."""
     targets: tuple[tuple[str, ...], ...]
+    """A row of texts for each target, under ``Sheet.target_headings``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sheet:
-    """One test, or several beside each other.
-
-    Parameters
-    ----------
-    title, finding, caption
-        For people; the caption is that of the plot.
-    units
-        Of all numbers.
-    table
-        The figures.
-    target_headings
-        Of the tables of targets.
-    tests
-        What differs from test to test.
-    definitions
-        Terms and what they mean.
-    """
+    """One test, or several beside each other."""
 
     title: str
     finding: str
     caption: str
+    """For people; the caption is that of the plot."""
     units: SheetUnits
+    """Of all numbers."""
     table: FigureTable
+    """The figures."""
     target_headings: tuple[str, ...]
+    """Of the tables of targets."""
     tests: tuple[SheetOfTest, ...]
+    """What differs from test to test."""
     definitions: tuple[tuple[str, str], ...]
+    """Terms and what they mean."""
 
     @property
     def document(self) -> dict[str, Any]:
