@@ -7,7 +7,7 @@ one int64 array ``h``.
 
 from __future__ import annotations
 
-# --- bytes ---
+# bytes
 PINS = 256
 SFR_BASE = 256
 XRAM = 512
@@ -25,7 +25,7 @@ NOT_PORT = 0x1CF
 
 PSW, ACC, B = 0x1D0, 0x1E0, 0x1F0
 
-# --- the decoded word of an address (int64) ---
+# the decoded word of an address (int64)
 COST_AT, TAKEN_AT, LENGTH_AT, N_AT, SPECIAL_AT, X_AT, Y_AT, BIT_AT, BACK_AT = 9, 14, 17, 19, 22, 24, 40, 49, 52
 SPECIAL = 1 << SPECIAL_AT
 BACK = 1 << BACK_AT
@@ -34,7 +34,7 @@ BACK = 1 << BACK_AT
 OUTSIDE_IMAGE, UNMAPPED_SFR = 0x100, 0x101
 RESERVED = 0xA5
 
-# --- hidden state (int64) ---
+# hidden state (int64)
 (
     PC,
     CYCLES,

@@ -126,7 +126,6 @@ class Mcs51:
         self._rows: list[NDArray[np.int64]] = []
         reset(self._memory, self._hidden)
 
-    # --- state ---
     @property
     def pc(self) -> int:
         """Address of the next instruction."""
@@ -209,7 +208,6 @@ class Mcs51:
         """Pull and release RST: registers take their reset values; RAM, pins and the count of cycles stay."""
         reset(self._memory, self._hidden)
 
-    # --- running ---
     def run(self, cycles: int) -> RunResult:
         """Execute until ``cycles`` have passed, or a fault or power-down ends it.
 
@@ -260,7 +258,6 @@ class Mcs51:
         second = self.run(1)
         return RunResult(instructions=second.instructions, cycles=first.cycles + second.cycles, reason=second.reason)
 
-    # --- the outside ---
     def receive(self, byte: int, *, ninth_bit: int = 1) -> None:
         """Let a frame begin at RXD now; RI comes when its last bit is sampled.
 

@@ -160,7 +160,6 @@ class Board:
         """Return why the processor stopped, or None."""
         return self.cpu.fault
 
-    # --- the PC and the operator, at the present time ---
     def ask(self, total: int, *, large: bool = False, probing: bool = False, home: bool = False) -> None:
         """Put the PC's words out: the requested total of steps and its status."""
         whole_within("total", total, -32768, 32767)
@@ -280,7 +279,6 @@ class Board:
         first = max(published, self.published - PUBLICATIONS)
         return self._said[np.arange(first, self.published) % PUBLICATIONS]
 
-    # --- running ---
     def process(self, edges: EdgeStream, *, until_ps: int) -> EdgeStream:
         """Return what the controller sees of ``edges`` and of the box's own changes before ``until_ps``.
 

@@ -31,7 +31,6 @@ _WINDOW_PHASES = 24
 """Moments of an insertion that edges are aimed at; a fifth of it lies before and behind."""
 
 
-# --- motions ---
 def steady(
     frequency_hz: float, direction: int, edges: int, *, first_ps: int, jitter: NDArray[np.float64] | None = None
 ) -> NDArray[np.int64]:
@@ -124,7 +123,6 @@ def _to_inserting(contract: Contract, edges: NDArray[np.int64]) -> int:
     return int(contract.states[0] - edges[:, 1].sum()) % 4
 
 
-# --- without requests ---
 def running(trials: Trials) -> Iterator[Case]:
     """Yield power-up in each state, then a few slow edges either way."""
     slow_hz = trials.contract.frequency_hz / 1000.0
@@ -151,7 +149,6 @@ def passing(trials: Trials) -> Iterator[Case]:
         yield trials.case("a turn, nothing asked for", Stream.of(0, edges, (), 1))
 
 
-# --- with requests ---
 def at_rest(trials: Trials) -> Iterator[Case]:
     """Yield one step and two, taken back again, in each state; where it waits, the axis moves on to another state."""
     contract = trials.contract

@@ -102,7 +102,6 @@ def possible(stream: Stream, contract: Contract) -> Stream:
     return stream
 
 
-# --- motions ---
 def _run(contract: Contract, rng: np.random.Generator) -> NDArray[np.int64]:
     """Draw a run at one speed, from the highest one down to a fortieth, already moving at power-up."""
     apart_ps = _log_uniform(rng, contract.quarter_ps, 40 * contract.quarter_ps)
@@ -143,7 +142,6 @@ def _pieces(trials: Trials, rng: np.random.Generator) -> NDArray[np.int64]:
     return np.array(edges, np.int64)
 
 
-# --- requests ---
 def _requests(trials: Trials, rng: np.random.Generator, edges_ps: list[int]) -> list[tuple[int, int]]:
     """Draw requests: the first anywhere or shortly before an edge, others at times of all sizes behind it."""
     if rng.random() < 0.5:

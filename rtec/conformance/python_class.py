@@ -122,7 +122,6 @@ class PythonClass(Closing):
             signal_group(process, signal.SIGKILL)  # with what the algorithm has begun
             process.wait()
 
-    # --- the process ---
     def _start(self) -> None:
         path = os.pathsep.join(filter(None, (_PACKAGE, os.environ.get("PYTHONPATH", ""))))
         self._link, its = Pipe()

@@ -118,7 +118,6 @@ def _first_that_keeps(
     return None
 
 
-# --- what is cut ---
 def _without_edges(stream: Stream, _: Trials) -> Iterator[Stream]:
     size = stream.edges_ps.size
     cut = size

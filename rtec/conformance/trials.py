@@ -139,7 +139,6 @@ class Trials:
                 waiting = []
         return next((run for run in self.all_of(waiting) if not run.right), None), made + len(waiting)
 
-    # --- how long it takes ---
     def measure_settling(self) -> Run | None:
         """Find how long a step at rest takes in each state in which the algorithm inserts.
 

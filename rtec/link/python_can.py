@@ -166,8 +166,6 @@ class PythonCanTransport(Closing):
             self._adapter.release()
             self._close_sockets()
 
-    # ------------------------------------------------------------------ inside
-
     def _descriptor_to_wait_on(self) -> int | None:
         if self._adapter.interface not in SELECTABLE:
             return None

@@ -129,8 +129,6 @@ class SimulatedBus:
         for fault in faults:
             self.add_fault(fault)
 
-    # ------------------------------------------------------------------ set up
-
     def transport(self, node: int | None = None) -> SimulatedTransport:
         """Join the bus as a program.
 
@@ -194,8 +192,6 @@ class SimulatedBus:
         self._serial += 1
         heapq.heappush(self._agenda, (time_ps, self._serial, action))
 
-    # ------------------------------------------------------------------ run
-
     @property
     def now_ps(self) -> int:
         """Return the time on the clock."""
@@ -231,8 +227,6 @@ class SimulatedBus:
             and record.from_ps <= self._now_ps < record.until_ps
             for record in self._records
         )
-
-    # ------------------------------------------------------------------ inside
 
     def _take(self, node: int | None) -> int:
         taken = {*self._transports, *self._devices}
