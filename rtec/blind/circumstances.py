@@ -37,8 +37,7 @@ class Air:
 
         def index(hpa: Floats, percent: Floats) -> Floats:
             degc = REFERENCE_DEGC
-            found: Floats = 7.86e-4 * hpa / 10.0 / (273.0 + degc) - 1.5e-11 * percent * (degc**2 + 160.0)
-            return found
+            return 7.86e-4 * hpa / 10.0 / (273.0 + degc) - 1.5e-11 * percent * (degc**2 + 160.0)
 
         return index(self.pressure_hpa, self.humidity_percent) - index(*np.array([[USUAL_HPA], [USUAL_PERCENT]]))
 
@@ -72,8 +71,7 @@ class Circumstances:
 
     def by_run(self, values: Floats) -> Floats:
         """Return at each reading what is drawn for its run; with more runs than values, they begin anew."""
-        found: Floats = values[(self.course.run - 1) % values.size]
-        return found
+        return values[(self.course.run - 1) % values.size]
 
     @property
     def direction(self) -> Floats:
@@ -97,8 +95,7 @@ def first_order(time_s: Floats, tau_s: float, goal: Callable[[float], float], be
         wanted = goal((k + 0.5) * _STEP_S)
         half = state + 0.5 * _STEP_S * (wanted - state) / tau_s
         state += _STEP_S * (wanted - half) / tau_s
-    at: Floats = np.interp(time_s, np.arange(steps) * _STEP_S, states)
-    return at
+    return np.interp(time_s, np.arange(steps) * _STEP_S, states)
 
 
 def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generator) -> Floats:
@@ -164,5 +161,4 @@ def sensed_temperature(true_degc: Floats, rng: np.random.Generator) -> Floats:
     [21.0]
     """
     noisy = true_degc + rng.normal(0.0, SENSOR_SIGMA_DEGC, true_degc.size)
-    shown: Floats = np.round(np.round(noisy / SENSOR_STEP_DEGC) * SENSOR_STEP_DEGC, 2)
-    return shown
+    return np.round(np.round(noisy / SENSOR_STEP_DEGC) * SENSOR_STEP_DEGC, 2)

@@ -234,5 +234,4 @@ def _loads_kg(plan: Plan, run: Ints, occasion: Occasion) -> Floats:
     """Return the load on the axis at each reading: in each run another one, unless the plan says which."""
     drawn = occasion.stream(Draw.LOAD).permutation(np.linspace(5.0, 50.0, max(plan.runs, 2)))
     loads = np.resize(plan.loads_kg, plan.runs) if plan.loads_kg else drawn
-    found: Floats = np.round(loads[run - 1], 1)
-    return found
+    return np.round(loads[run - 1], 1)

@@ -117,8 +117,7 @@ def measure_in_motion(scenario: Scenario, seed: int, plan: Plan, number: int) ->
 def _traced(machine: Machine, log: Log) -> Floats:
     """Return what the closed loop did from the beginning, at the times of the readings."""
     every = round(SAMPLE_S * PS_PER_S) // SERVO_PS
-    trace: Floats = np.asarray(run_machine(machine, log.motion, trace_every=every, skip_rest=False).trace)
-    return trace
+    return np.asarray(run_machine(machine, log.motion, trace_every=every, skip_rest=False).trace)
 
 
 def sampled(plan: Plan, motion: MotionSegments, begin_s: float, repeat_s: float) -> tuple[Floats, Ints]:
@@ -210,8 +209,7 @@ def _way(speed_mm_s: Floats) -> Floats:
     sign = np.sign(speed_mm_s)
     moving = np.flatnonzero(sign)
     before = np.searchsorted(moving, np.arange(sign.size), side="right") - 1
-    way: Floats = sign[moving[np.maximum(before, 0)]]
-    return way
+    return sign[moving[np.maximum(before, 0)]]
 
 
 class _Lags(NamedTuple):

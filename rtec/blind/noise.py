@@ -190,8 +190,7 @@ def offsets_per_run(readings: Readings, sigma: float, rng: np.random.Generator) 
     share = rng.uniform(*OFFSET_SHARE)
     numbers, which = np.unique(readings.run, return_inverse=True)
     offsets = rng.normal(0.0, sigma * math.sqrt(share), numbers.size)
-    noise: Floats = offsets[which] + white(readings.run.size, sigma * math.sqrt(1.0 - share), rng)
-    return noise
+    return offsets[which] + white(readings.run.size, sigma * math.sqrt(1.0 - share), rng)
 
 
 def student_t(readings: Readings, sigma: float, rng: np.random.Generator) -> Floats:
@@ -239,5 +238,4 @@ def resolved(position_mm: Floats) -> Floats:
     >>> resolved(np.array([1.234567])).tolist()
     [1.23457]
     """
-    shown: Floats = np.round(np.round(position_mm / LASER_STEP_MM) * LASER_STEP_MM, 5)
-    return shown
+    return np.round(np.round(position_mm / LASER_STEP_MM) * LASER_STEP_MM, 5)

@@ -12,8 +12,7 @@ from rtec.blind.slow_errors import SlowError, of_height
 
 def _begins_s(c: Circumstances) -> Floats:
     """Return when each pass begins, shape (passes,)."""
-    begins: Floats = c.measured.time_s[np.unique(c.course.passes, return_index=True)[1]]
-    return begins
+    return c.measured.time_s[np.unique(c.course.passes, return_index=True)[1]]
 
 
 def creep_after_rest(c: Circumstances, rng: np.random.Generator) -> SlowError:

@@ -17,14 +17,12 @@ _TERMS = 6
 def _smooth(share: Floats, rng: np.random.Generator) -> Floats:
     """Return a random smooth map over the travel, shape (n,)."""
     half_waves = np.arange(1, _TERMS + 1)
-    curve: Floats = np.cos(np.pi * share[:, None] * half_waves) @ rng.normal(0.0, 1.0, _TERMS)
-    return curve
+    return np.cos(np.pi * share[:, None] * half_waves) @ rng.normal(0.0, 1.0, _TERMS)
 
 
 def _bump(c: Circumstances, place: Floats | float, width: float) -> Floats:
     """Return a bell at a place, both as shares of the travel, shape (n,)."""
-    bell: Floats = np.exp(-0.5 * ((way_share(c) - place) / width) ** 2)
-    return bell
+    return np.exp(-0.5 * ((way_share(c) - place) / width) ** 2)
 
 
 def scale_joints(c: Circumstances, rng: np.random.Generator) -> SlowError:

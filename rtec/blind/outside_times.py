@@ -24,8 +24,7 @@ def _error(c: Circumstances, added: Floats, cycles: float, description: str) -> 
 
 def _clock(c: Circumstances, cycles: float, rng: np.random.Generator) -> Floats:
     """Return a sinusoid in time at each reading, from -1 to 1, shape (n,)."""
-    wave: Floats = np.sin(2.0 * np.pi * cycles * time_share(c) + turned(rng))
-    return wave
+    return np.sin(2.0 * np.pi * cycles * time_share(c) + turned(rng))
 
 
 def _cycles(c: Circumstances, rng: np.random.Generator, *whole: int) -> float:

@@ -31,14 +31,12 @@ def period_of(plan: Plan, rng: np.random.Generator) -> float:
 
 def way_share(c: Circumstances) -> Floats:
     """Return how far along the axis each reading is, from 0 to 1, shape (n,)."""
-    share: Floats = np.clip((c.course.target_mm - c.plan.start_mm) / c.plan.span_mm, 0.0, 1.0)
-    return share
+    return np.clip((c.course.target_mm - c.plan.start_mm) / c.plan.span_mm, 0.0, 1.0)
 
 
 def time_share(c: Circumstances) -> Floats:
     """Return how late each reading is, from 0 to 1, shape (n,)."""
-    share: Floats = c.measured.time_s / max(c.length_s, 1e-9)
-    return share
+    return c.measured.time_s / max(c.length_s, 1e-9)
 
 
 def turned(rng: np.random.Generator) -> float:
@@ -48,8 +46,7 @@ def turned(rng: np.random.Generator) -> float:
 
 def _wave(c: Circumstances, period_mm: float, phase: float | Floats) -> Floats:
     """Return a sinusoid of position at each reading, from -1 to 1, shape (n,)."""
-    wave: Floats = np.sin(2.0 * np.pi * c.course.target_mm / period_mm + phase)
-    return wave
+    return np.sin(2.0 * np.pi * c.course.target_mm / period_mm + phase)
 
 
 def _error(added: Floats, description: str, period_mm: float, *more: Parameter) -> SlowError:

@@ -225,8 +225,7 @@ def passes_of(direction: NDArray[Any], run: Ints) -> Ints:
     [0, 1, 2, 2]
     """
     begins = (np.diff(direction) != 0) | (np.diff(run) != 0)
-    numbers: Ints = np.concatenate([[0], np.cumsum(begins)])
-    return numbers
+    return np.concatenate([[0], np.cumsum(begins)])
 
 
 def draw_course(plan: Plan, rng: np.random.Generator) -> Course:
@@ -272,5 +271,4 @@ def _targets(plan: Plan, rng: np.random.Generator) -> Floats:
     gap = float(np.diff(places).min()) * plan.span_mm
     offset = rng.uniform(-0.5, 0.5, plan.targets) * min(PITCH_MM, 0.8 * gap)
     steps = np.round((plan.start_mm + places * plan.span_mm + offset) / PROGRAM_STEP_MM)
-    targets: Floats = np.round(steps * PROGRAM_STEP_MM, 6)
-    return targets
+    return np.round(steps * PROGRAM_STEP_MM, 6)

@@ -152,8 +152,7 @@ def reversal_spike(c: Circumstances, rng: np.random.Generator) -> SlowError:
 def _when_read(c: Circumstances, along_path: Floats) -> Floats:
     """Return at each reading what goes along with the path of the encoder."""
     at = np.searchsorted(c.measured.path_s, c.measured.time_s, side="right") - 1
-    read: Floats = along_path[at]
-    return read
+    return along_path[at]
 
 
 def _twist(path_mm: Floats, distance_mm: float, released: bool) -> Floats:

@@ -114,8 +114,7 @@ def _leaving_s(contract: Contract, counts: NDArray[np.floating[Any]]) -> NDArray
     hertz, gain = contract.frequency_hz, contract.acceleration_hz_s
     full = 2.0 * hertz**2 / gain  # counts within which the highest frequency is reached
     gaining = np.sqrt(np.minimum(counts, full) / (2.0 * gain))
-    gone: NDArray[np.float64] = np.where(counts < full, gaining, hertz / gain + (counts - full) / (4.0 * hertz))
-    return gone
+    return np.where(counts < full, gaining, hertz / gain + (counts - full) / (4.0 * hertz))
 
 
 def _to_inserting(contract: Contract, edges: NDArray[np.int64]) -> int:

@@ -253,8 +253,7 @@ def _fill_rests(step: Floats) -> Floats:
     if moving.size == 0:
         return step
     index = np.searchsorted(moving, np.arange(step.size))
-    filled: Floats = step[moving[np.minimum(index, moving.size - 1)]]
-    return filled
+    return step[moving[np.minimum(index, moving.size - 1)]]
 
 
 def measurement_of_readings(readings: Readings | RotaryReadings, facts: Mapping[str, str]) -> Measurement:
