@@ -66,6 +66,7 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
     Examples
     --------
     >>> from rtec.effects import Shape, Units, effect_named
+    >>> from rtec.inference.model import Term
     >>> names = ("backlash", "drift")
     >>> terms = tuple(Term(effect=effect_named(name), shape=Shape(), amplitudes=(0.002,)) for name in names)
     >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms, datum=0.01)
@@ -146,6 +147,7 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     Examples
     --------
     >>> from rtec.effects import Shape, Units, effect_named
+    >>> from rtec.inference.model import Term
     >>> backlash = Term(effect=effect_named("backlash"), shape=Shape(), amplitudes=(0.08,))
     >>> model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(backlash,))
     >>> table, left_out = predictor_of_model(model, 0.0, 100.0)

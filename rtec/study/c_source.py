@@ -102,6 +102,7 @@ def predictor_lines(
 
     Examples
     --------
+    >>> from rtec.predictors import UnidirectionalTable
     >>> table = UnidirectionalTable(positions_mm=[0, 10], errors_mm=[0, 0.002], backlash_mm=0.003)
     >>> lines = predictor_lines(KnownPredictor(predictor=table, name="table"), "corr", held_mm=(0.0, 10.0))
     >>> next(line for line in lines if line.startswith("double"))

@@ -191,9 +191,7 @@ def test_what_a_wrong_run_shows_is_told_by_its_edges():
         levels = [(0b01, 0b11, 0b10, 0b00)[k % 4] for k in range(len(seen_us))]
         response = Response(edges=EdgeStream([int(t * US) for t in seen_us], levels, 0), completed=Totals())
         violation = Violation(fault=fault, time_ps=0, reason="")
-        judgement = Judgement(
-            violation=violation, completed=0, refused=False, separation_ps=None, pulse_ps=None, delay_ps=0
-        )
+        judgement = Judgement(violation=violation, completed=0, separation_ps=None, pulse_ps=None, delay_ps=0)
         return Run(case=Case(title="", stream=stream), response=response, judgement=judgement)
 
     loop_ps = 2 * US

@@ -263,7 +263,7 @@ def test_a_friction_that_is_there_says_that_the_sign_is_right():
     assert wrong_signs(search, answer) == ()
     assert wrong_signs(search, start) == ("stribeck",)
     # what the user said is no finding, and what comes out below zero itself says nothing
-    search.neighbours.given = answer.choices
+    search.given = answer.choices
     assert wrong_signs(search, answer) == ("stribeck",)
-    search.neighbours.given = ()
+    search.given = ()
     assert wrong_signs(search, replace(answer, wrong_sign=answer.names)) == ("stribeck",)

@@ -310,7 +310,9 @@ def test_a_period_that_the_thinned_log_resolves_is_fitted_to_all_of_it():
 def test_what_the_rest_of_the_log_does_not_bear_out_is_struck_off(monkeypatch):
     """A search that looks at every eighth row, as it must not: what it finds is confirmed on all rows."""
     data = one_pass(lambda x: 0.005 * np.sin(2 * np.pi * x / 0.35), 8_000)
-    monkeypatch.setattr("rtec.inference.diagnose.drawn", lambda data, seed: data.take(np.arange(0, data.rows, 8)))
+    monkeypatch.setattr(
+        "rtec.inference.diagnose.search_sample", lambda data, seed: data.take(np.arange(0, data.rows, 8))
+    )
     result = diagnose(data)
     assert "cyclic" not in result.effects
     assert "not accepted" in candidate(result, "cyclic").reason
