@@ -1,5 +1,6 @@
 """What holds for all tests: threads of numpy, which cases of a long table are tried, and in what order files run."""
 
+import functools
 import os
 import signal
 from collections import Counter
@@ -40,8 +41,12 @@ def pytest_collection_modifyitems(items):
             if seen[name] % mark.args[0]:
                 item.add_marker(pytest.mark.sweep)
             seen[name] += 1
-    begin = [HERE / name for name in LONG]
-    items.sort(key=lambda item: next((k for k, one in enumerate(begin) if item.path.is_relative_to(one)), len(LONG)))
+    items.sort(key=lambda item: _turn_of(item.path))
+
+
+@functools.cache
+def _turn_of(file):
+    return next((k for k, name in enumerate(LONG) if file.is_relative_to(HERE / name)), len(LONG))
 
 
 @pytest.fixture(scope="session", autouse=True)
