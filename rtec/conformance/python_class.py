@@ -6,6 +6,8 @@ import contextlib
 import mmap
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -125,6 +127,10 @@ class PythonClass(Closing):
     def _start(self) -> None:
         path = os.pathsep.join(filter(None, (_PACKAGE, os.environ.get("PYTHONPATH", ""))))
         self._link, its = Pipe()
+        seconds, rest = divmod(SILENT_S, 1.0)
+        with socket.socket(fileno=os.dup(self._link.fileno())) as pipe:
+            for way in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):  # half a message would be waited for without end
+                pipe.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", int(seconds), int(1e6 * rest)))
         with its, tempfile.TemporaryFile() as watched:
             watched.truncate(WATCHED.size)
             self._watched = mmap.mmap(watched.fileno(), WATCHED.size)
@@ -151,10 +157,14 @@ class PythonClass(Closing):
         streams = edges.times_ps, edges.levels, requests.times_ps, requests.totals
         with contextlib.suppress(OSError):  # it has ended, which its answer will show
             self._link.send((*streams, edges.initial, stimulus.until_ps, *self.clock_ps))
-        numbers = np.frombuffer(self._received(), np.int64)
+        answer = self._received()
         reason, self.note = (self._received().decode(errors="replace") for _ in range(2))
-        (changes, totals, refusals, first, broken_ps), values = numbers[:5].tolist(), numbers[5:]
-        arrays = np.split(values, np.cumsum([changes, changes, totals, totals, refusals]))
+        numbers = np.frombuffer(answer[: len(answer) // 8 * 8], np.int64)
+        head, values = numbers[:5].tolist(), numbers[5:]
+        if len(head) < 5 or min(head[:3]) < 0 or values.size != 2 * sum(head[:3]):
+            raise _Silent("what it sent is no answer")
+        *sizes, first, broken_ps = head
+        arrays = np.split(values, np.cumsum(np.repeat(sizes, 2))[:-1])
         return response_of((*arrays, first, broken_ps, reason), self._reasons)
 
     def _received(self) -> bytes:
@@ -170,6 +180,8 @@ class PythonClass(Closing):
                 raise _Silent(f"{what} within {SILENT_S:g} s")
         try:
             return self._link.recv_bytes(_MOST_BYTES)
+        except BlockingIOError:
+            raise _Silent(f"it sent half an answer, and no more within {SILENT_S:g} s") from None
         except (EOFError, OSError):
             raise _Silent(self._how_it_ended()) from None
 
