@@ -1,102 +1,216 @@
-"""Where machine code is kept: a folder for each content of the sources that it is made from.
+"""Where machine code is kept, keyed by what it is made from, and who may compile when.
 
-numba's own cache looks at one file only, although a loop holds the code of functions from other files. And it keeps
-the machine code of every copy of a package apart; here the same sources, wherever they lie, are compiled once.
+numba's own cache looks at the file of a kernel only, although the kernel holds code of functions from other files. Here a
+kernel's folder is named after the contents of its file and of all that this file imports, directly or not: a change
+recompiles the kernels that contain it, and no others. Copies of a package share their machine code.
 """
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import logging
 import os
+import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
 import numba
-from numba.core import config as _numba_config
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
-from numba.core.registry import CPUDispatcher
 
-config: Any = _numba_config  # its settings are made at run time
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+_T = TypeVar("_T")
 
 KEPT = 4
-"""States of the sources, beside the present one, whose machine code stays: of other versions and other checkouts."""
+"""States of a file, beside the present one, whose machine code stays: of other versions and other checkouts."""
 
-_F = TypeVar("_F", bound=Callable[..., Any])
+LOG = logging.getLogger("rtec.machine_code")
+"""Tells when a kernel begins to compile (INFO, with ``kernel``), when it is done (also ``seconds``), and what cannot be kept."""
+
+_IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w.]+))", re.MULTILINE)
 
 
-def writable(folder: Path) -> bool:
-    """Return whether files can be made in a folder, which is made where it is missing."""
+def imported(file: Path, root: Path) -> Iterator[Path]:
+    """Yield the files below a root that a file imports at its top level."""
+    for module, names, plain in _IMPORT.findall(file.read_text(encoding="utf-8")):
+        place = root.joinpath(*(module or plain).split("."))
+        words = [re.split(r"\s+as\s+", name.strip())[0] for name in re.sub(r"#[^\n]*", "", names).strip("()").split(",")]
+        # a name that is a module needs nothing of the package it lies in
+        found = [(place / word).with_suffix(".py") for word in words if word and place.is_dir()]
+        yield from (path for path in found if path.is_file())
+        if not found or not all(path.is_file() for path in found):
+            yield from (path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file())
+
+
+@functools.cache
+def _seen(file: Path, root: Path) -> tuple[frozenset[Path], bytes]:
+    """Return what a file imports and a digest of its contents."""
+    return frozenset(imported(file, root)), hashlib.sha256(file.read_bytes()).digest()
+
+
+def sources(file: Path, root: Path) -> list[Path]:
+    """Return a file and all files below a root that it imports, directly or not, in the order of their names."""
+    found, new = set(), {file}
+    while new:
+        found |= new
+        new = {path for one in new for path in _seen(one, root)[0]} - found
+    return sorted(found)
+
+
+def digest_of(file: Path, root: Path) -> str:
+    """Return a digest of a file and all that it imports below a root, of the compiler and of how it checks."""
+    # numba itself does not tell code with checked indices from code without
+    checked = os.environ.get("NUMBA_BOUNDSCHECK", "")
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {checked}".encode())
+    for path in sources(file, root):
+        name = path.relative_to(root) if path.is_relative_to(root) else path.name
+        digest.update(f" {name} ".encode() + _seen(path, root)[1])
+    return digest.hexdigest()[:16]
+
+
+def _usable(folder: Path) -> bool:
+    """Return whether a folder is the user's own, so that nobody else put code there, and files can be made in it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        if hasattr(os, "getuid") and folder.stat().st_uid != os.getuid():
+            return False
         with tempfile.TemporaryFile(dir=folder):
             return True
     except OSError:
         return False
 
 
-def digest_of(sources: Iterable[Path], root: Path) -> str:
-    """Return a digest of names (below a root) and contents of files, of the compiler and of how it checks."""
-    # numba itself does not tell code with checked indices from code without
-    checked = os.environ.get("NUMBA_BOUNDSCHECK", "")
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {checked}".encode())
-    for path in sorted(sources):
-        content = path.read_bytes()
-        digest.update(f" {path.relative_to(root).as_posix()} {len(content)} ".encode() + content)
-    return digest.hexdigest()[:16]
-
-
-def folder_for(name: str, digest: str) -> Path:
-    """Return a folder for machine code: in ``NUMBA_CACHE_DIR``, else in the user's cache, else a temporary one."""
-    for base in (os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"):
+@functools.cache
+def base_folder(name: str) -> Path:
+    """Return the folder for all machine code: in ``NUMBA_CACHE_DIR``, else in the user's cache, else a temporary one."""
+    for place in (os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"):
         with suppress(RuntimeError):  # a user without a home
-            if base and writable(root := Path(base).expanduser() / name):
-                return root / digest
+            if place and _usable(folder := Path(place).expanduser() / name):
+                return folder
     return Path(tempfile.mkdtemp(prefix=f"{name}-"))
 
 
-def is_empty(folder: Path) -> bool:
-    """Return whether a folder holds no machine code yet."""
-    return next(folder.rglob("*.nbi"), None) is None
+def folder_of(package: Path, file: Path) -> Path:
+    """Return the folder for the machine code of a file's kernels, in the cache of a package."""
+    root = package.parent
+    module = file.relative_to(root) if file.is_relative_to(root) else Path(file.name)
+    return base_folder(package.name) / f"{'.'.join(module.with_suffix('').parts)}-{digest_of(file, root)}"
 
 
 def make_room(folder: Path) -> None:
-    """Make a folder for new machine code, and remove what lies beside it but for the newest ``KEPT``."""
-    if not writable(folder):
+    """Make a folder for new machine code, and remove those of the file's other states but for the newest ``KEPT``."""
+    if folder.is_dir():
         return
+    folder.mkdir(parents=True)
 
     def born(other: Path) -> float:
         with suppress(OSError):  # another process has just removed it
             return other.stat().st_mtime
         return 0.0
 
-    others = [other for other in folder.parent.iterdir() if other != folder and other.is_dir()]
+    states = folder.parent.glob(f"{folder.name.rpartition('-')[0]}-*")
+    others = [other for other in states if other != folder and other.is_dir()]
     for other in sorted(others, key=born, reverse=True)[KEPT:]:
         shutil.rmtree(other, ignore_errors=True)
 
 
+class Keeper:
+    """Keeps the machine code of one kernel: one program compiles it while others wait, and no bad folder stops it.
+
+    Parameters
+    ----------
+    function
+        The kernel.
+    folder
+        Where its machine code lies.
+    """
+
+    def __init__(self, function: FunctionType, folder: Path) -> None:
+        """Keep nothing yet."""
+        self.folder = folder
+        self._name = f"{function.__module__}.{function.__qualname__}"
+        self._stem = f"{function.__name__}-{function.__code__.co_firstlineno}"
+        self._lock: BaseFileLock | None = None
+        self._begun = 0.0
+
+    def load(self, read: Callable[[], _T | None]) -> _T | None:
+        """Return the machine code; None where there is none, and it is this program's turn to compile."""
+        found = self._tried(read)
+        if found is not None:
+            return found
+        self._take_turn()
+        found = self._tried(read)  # another program may have compiled it while this one waited
+        if found is not None:
+            self._end_turn()
+        else:
+            self._begun = time.perf_counter()
+            LOG.info("compiling %s", self._name, extra={"kernel": self._name})
+        return found
+
+    def save(self, write: Callable[[], None]) -> None:
+        """Keep what has been compiled; where it cannot be kept, the next program compiles it again."""
+        seconds = time.perf_counter() - self._begun
+        LOG.info("compiled %s in %.1f s", self._name, seconds, extra={"kernel": self._name, "seconds": seconds})
+        try:
+            write()
+        except OSError as error:
+            _warn(f"machine code cannot be kept in {self.folder.parent}: {error.strerror}; NUMBA_CACHE_DIR chooses a folder")
+        finally:
+            self._end_turn()
+
+    def _tried(self, read: Callable[[], _T | None]) -> _T | None:
+        try:
+            return read()
+        except Exception:  # what is read from files that were cut off is anything
+            for path in self.folder.glob(f"*{self._stem}.*.nb?"):
+                with suppress(OSError):
+                    path.unlink()
+            return None
+
+    def _take_turn(self) -> None:
+        if self._lock is not None:
+            return
+        with suppress(OSError, NotImplementedError):  # without a lock two programs may compile at once
+            from filelock import FileLock  # noqa: PLC0415 - only who compiles needs it
+
+            make_room(self.folder)
+            lock = FileLock(self.folder / f"{self._stem}.lock", thread_local=False)
+            lock.acquire()
+            self._lock = lock
+
+    def _end_turn(self) -> None:
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
+
+
+@functools.cache
+def _warn(message: str) -> None:
+    """Say it once."""
+    LOG.warning(message)
+
+
 class Locator:
-    """Tells numba where the machine code of a function lies: in the folder set, under the name of its module."""
+    """Tells numba where the machine code of a kernel lies."""
 
-    def __init__(self, function: FunctionType) -> None:
-        self._folder = Path(config.CACHE_DIR) / function.__module__
-        self._line = function.__code__.co_firstlineno
+    def __init__(self, function: FunctionType, folder: Path) -> None:
+        self._folder, self._line = folder, function.__code__.co_firstlineno
 
-    @classmethod
-    def from_function(cls, function: FunctionType, _file: str) -> Locator:
-        """Return the locator of a function."""
-        return cls(function)
+    def from_function(self, _function: FunctionType, _file: str) -> Locator:
+        """Return the locator, which is that of one function."""
+        return self
 
     def ensure_cache_path(self) -> None:
         """Make the folder."""
-        self._folder.mkdir(parents=True, exist_ok=True)
+        make_room(self._folder)
 
     def get_cache_path(self) -> str:
         """Return the folder."""
@@ -109,75 +223,3 @@ class Locator:
     def get_disambiguator(self) -> str:
         """Return what tells functions of one name apart."""
         return str(self._line)
-
-
-class _PartLibrary(JITCodeLibrary):
-    """Code that kernels take in: there it is optimised and made machine code, with all else, so not before."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalized = True
-
-
-class _PartCompiler(Compiler):
-    """Compiles what kernels take in."""
-
-    def compile_extra(self, function: FunctionType) -> Any:
-        """Return the compiled function, in a library without machine code; callers know it by its descriptor."""
-        library: Any = _PartLibrary  # numba's own classes have no types
-        whole: Any = super()
-        state = self.state
-        state.library = library(state.targetctx.codegen(), function.__qualname__)
-        state.flags.no_compile = True
-        result = whole.compile_extra(function)
-        state.targetctx.insert_user_function(result.fndesc, result.fndesc, [result.library])
-        return result._replace(entry_point=result.fndesc)
-
-
-class _Part(CPUDispatcher):
-    """A function that kernels take in, without what calling it from Python needs: compiling it takes half as long.
-
-    Called from Python all the same, as tests do, it is compiled a second time, as a function of its own.
-    """
-
-    def add_overload(self, result: Any) -> None:
-        """Keep the code for kernels, out of the reach of Python's calls."""
-        self.overloads[tuple(result.signature.args)] = result
-
-    def _compile_for_args(self, *_arguments: Any, **_named: Any) -> Any:
-        return self.alone
-
-    @cached_property
-    def alone(self) -> Any:
-        """The function as Python calls it."""
-        whole = {name: value for name, value in self.targetoptions.items() if name not in _NO_WRAPPERS}
-        return CPUDispatcher(py_func=self.py_func, targetoptions=whole)
-
-
-_NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-def part(function: _F, **options: Any) -> _F:
-    """Return a function that numba compiles into each kernel that calls it."""
-    settings = {"nopython": True, "error_model": "numpy", "fastmath": False} | _NO_WRAPPERS | options
-    dispatcher: Any = _Part(py_func=function, targetoptions=settings, pipeline_class=_PartCompiler)
-    return cast(_F, function if config.DISABLE_JIT else dispatcher)
-
-
-def compiled(function: _F, folder: Path, **options: Any) -> _F:
-    """Return a function that numba compiles when it is called first, its machine code kept in a folder."""
-    # numba reads both settings when it decorates, and offers no argument for them; one that does not know the second
-    # looks into the same folder under names of its own
-    settings = {"CACHE_DIR": str(folder), "CACHE_LOCATOR_CLASSES": f"{__name__}.{Locator.__name__}"}
-    before = {name: getattr(config, name, "") for name in settings}
-    njit: Any = numba.njit  # its types leave some options out
-    try:
-        for name, value in settings.items():
-            setattr(config, name, value)
-        dispatcher: _F = njit(**{"error_model": "numpy", "fastmath": False} | options)(function)
-        return dispatcher
-    finally:
-        for name, value in before.items():
-            setattr(config, name, value)

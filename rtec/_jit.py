@@ -1,8 +1,7 @@
 """The only place with numba options: how every kernel of rtec is compiled.
 
-Compiled functions live in files named ``*_kernels.py``. Their machine code is cached on disk, in a folder named after
-the contents of all those files: a kernel holds the code of the step functions it calls from other files, and a
-changed step function never meets stale machine code of its callers.
+Compiled functions live in files named ``*_kernels.py``. Their machine code is cached on disk
+(`firmware_model._machine_code`): a file's in a folder named after the contents of all that the file imports.
 """
 
 from __future__ import annotations
@@ -16,11 +15,11 @@ import numba
 import numpy as np
 from numba.np.numpy_support import from_dtype, map_layout
 
-from firmware_model import _jit as _processor, _machine_code
+from firmware_model import _jit as _processor
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
-config = _machine_code.config
+config = _processor.config
 
 Record: TypeAlias = Any
 """The state of a stage: one element of a structured array, passed to step functions by reference."""
@@ -31,51 +30,39 @@ if config.DISABLE_JIT:
 
 PACKAGE = Path(__file__).resolve().parent
 
-SOURCES = (Path(__file__).resolve(), *PACKAGE.rglob("*_kernels.py"), *_processor.SOURCES)
-"""Every file that holds compiled functions; the processor's loop is compiled into the kernels of the board."""
-
-CACHE_FOLDER = _machine_code.folder_for("rtec", _machine_code.digest_of(SOURCES, PACKAGE.parent))
-"""Folder that holds the machine code of this version of the sources."""
-
-FIRST_RUN = _machine_code.is_empty(CACHE_FOLDER)
-"""True where nothing is compiled yet, so that the command line can say why it takes long."""
-
-if FIRST_RUN:
-    _machine_code.make_room(CACHE_FOLDER)
-
 
 def _compile(function: _F, **options: Any) -> _F:
-    return _machine_code.compiled(function, CACHE_FOLDER, **options)
+    return _processor.compiled(function, PACKAGE, nogil=True, **options)
 
 
 def step(function: _F) -> _F:
     """Compile a scalar step function; it is merged into every loop that calls it."""
-    return _machine_code.part(function, forceinline=True, _nrt=False)
+    return _processor.part(function, forceinline=True, _nrt=False)
 
 
 def fused_step(function: _F) -> _F:
     """Compile a step in which a product and the sum it goes into may be one instruction, rounded once."""
-    return _machine_code.part(function, forceinline=True, _nrt=False, fastmath={"contract"})
+    return _processor.part(function, forceinline=True, _nrt=False, fastmath={"contract"})
 
 
 def fused_kernel(function: _F) -> _F:
     """Compile a kernel as `kernel` does; a product and the sum it goes into may be one instruction, rounded once."""
-    return _compile(function, cache=True, nogil=True, _nrt=False, fastmath={"contract"})
+    return _compile(function, _nrt=False, fastmath={"contract"})
 
 
 def written_out(function: _F) -> _F:
     """Write a function out in every place that calls it, before types are known: compiled code returns no records."""
-    return _compile(function, inline="always", _nrt=False)
+    return _processor.compiled(function, None, inline="always", _nrt=False)
 
 
 def helper(function: _F) -> _F:
     """Compile a function that loops call now and then, kept as one copy."""
-    return _machine_code.part(function, _nrt=False)
+    return _processor.part(function, _nrt=False)
 
 
 def summing_helper(function: _F) -> _F:
     """Compile a helper whose sums may be made in any order, so that the compiler makes several at once."""
-    return _machine_code.part(function, _nrt=False, fastmath={"contract", "nsz", "reassoc"})
+    return _processor.part(function, _nrt=False, fastmath={"contract", "nsz", "reassoc"})
 
 
 def kernel(function: _F) -> _F:
@@ -84,17 +71,17 @@ def kernel(function: _F) -> _F:
     It makes no arrays. So it does without numba's runtime, which counts every array that is handed on: with a model's
     five arrays that took as long as a tick of the servo.
     """
-    return _compile(function, cache=True, nogil=True, _nrt=False)
+    return _compile(function, _nrt=False)
 
 
 def array_helper(function: _F) -> _F:
     """Compile a function that makes arrays of its own, and that array kernels call."""
-    return _machine_code.part(function)
+    return _processor.part(function)
 
 
 def array_kernel(function: _F) -> _F:
     """Compile a loop that Python calls and that makes arrays of its own."""
-    return _compile(function, cache=True, nogil=True)
+    return _compile(function)
 
 
 def guarded(function: Callable[..., Any], arguments: int) -> Any:
@@ -102,7 +89,7 @@ def guarded(function: Callable[..., Any], arguments: int) -> Any:
 
     Where it raises it returns no number: called by its address, it would return zero.
     """
-    checked: Any = function if hasattr(function, "py_func") else _compile(function, boundscheck=True)
+    checked: Any = function if hasattr(function, "py_func") else _processor.compiled(function, None, boundscheck=True)
 
     # compiled code has no functions of any number of arguments
     def of_three(a: Any, b: Any, c: Any) -> float:
@@ -117,7 +104,7 @@ def guarded(function: Callable[..., Any], arguments: int) -> Any:
         except Exception:
             return float(np.nan)
 
-    return _compile(of_three if arguments == 3 else of_four)
+    return _processor.compiled(of_three if arguments == 3 else of_four, None)
 
 
 def prepared(function: Any, *arguments: object) -> Any:

@@ -123,7 +123,7 @@ def emit(e: Record, crossing_ps: int, sign: int) -> int:
     return t_ps
 
 
-@step
+@helper
 def glitch_toggle(e: Record) -> int:
     """Begin or end the glitch that is due; return its time."""
     t_ps = e.glitch_next_ps
@@ -165,7 +165,7 @@ def speed(p: Record, s: float) -> float:
     return p.v0 + s * (p.a0 + s * p.j0 / 2.0)
 
 
-@helper
+@step
 def solve_crossing(p: Record, goal: float) -> float:
     """Return when the motion of the piece passes ``goal``, which lies between its ends.
 
@@ -220,7 +220,7 @@ def set_piece(p: Record, from_s: float, to_s: float) -> None:
     p.sign = 1 if way > 0.0 else -1 if way < 0.0 else 0
 
 
-@helper
+@step
 def turning_points(v0: float, a0: float, j0: float, end_s: float) -> tuple[float, float]:
     """Return the times in 0..end_s at which the velocity changes sign, ascending; ``end_s`` stands for none."""
     first, second = end_s, end_s
@@ -245,7 +245,7 @@ def turning_points(v0: float, a0: float, j0: float, end_s: float) -> tuple[float
     return first, second
 
 
-@step
+@helper
 def encoder_reset(e: Record, count: int) -> None:
     """Stand still at ``count`` at time 0."""
     e.count = count

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rtec._jit import Record, helper, kernel
+from rtec._jit import Record, kernel, step
 from rtec.units._time_kernels import PS_PER_S
 
 WANTED, VELOCITY, POSITION, PERIOD, TIME = 0, 1, 2, 3, 4
@@ -30,7 +30,7 @@ def no_plant(
     return 0.0
 
 
-@helper
+@step
 def driven(servo: Record, wanted: float, plant: Any, place: int) -> float:
     """Return the acceleration of a plant in counts/s², asked for a velocity in counts/s; note where its slide is.
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model.core._layout import RUNNING, STOP
-from rtec._jit import Record, array_kernel, step
+from rtec._jit import Record, array_kernel, helper
 from rtec.board._board_kernels import COMPLETED, WORDS, board_ask, play, signed_word
 
 Bytes = NDArray[np.uint8]
 Longs = NDArray[np.int64]
 
 
-@step
+@helper
 def tell(said: Longs, told: Longs, at: int, first: int, after: int, begun_ps: int) -> int:
     """Write down the publications ``first`` to ``after``, in times since the run began; return where they end."""
     for p in range(first, after):
@@ -27,7 +27,7 @@ def tell(said: Longs, told: Longs, at: int, first: int, after: int, begun_ps: in
     return at
 
 
-@step
+@helper
 def edges_before(moved_ps: Longs, here: int, size: int, end_ps: int) -> int:
     """Return how many of the first ``size`` edges come before ``end_ps``, at least ``here``."""
     while here < size and moved_ps[here] < end_ps:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, earlier
 
 SEEN = np.dtype(
@@ -54,7 +54,7 @@ def beyond(
     return nearest
 
 
-@step
+@helper
 def note_delay(s: Record, left_ps: NDArray[np.int64], t_ps: int) -> None:
     """Note for how long the controller's count has been behind at ``t_ps``, where it is."""
     if s.off_counts != 0:
@@ -67,7 +67,7 @@ def note_delay(s: Record, left_ps: NDArray[np.int64], t_ps: int) -> None:
             s.delay_at_ps = since_ps
 
 
-@step
+@helper
 def count_out(s: Record, delta: int, t_ps: int) -> None:
     """Count a change of the lines at the controller."""
     if delta == ILLEGAL:
@@ -78,7 +78,7 @@ def count_out(s: Record, delta: int, t_ps: int) -> None:
         s.controller_counts += delta
 
 
-@step
+@helper
 def note_spacing(s: Record, same_line: bool, since_ps: int, t_ps: int) -> None:
     """Note the time between two changes of one line, or of one and then the other."""
     if same_line:
@@ -88,7 +88,7 @@ def note_spacing(s: Record, same_line: bool, since_ps: int, t_ps: int) -> None:
         s.separation_at_ps = t_ps
 
 
-@step
+@helper
 def note_left(left_ps: NDArray[np.int64], right: int, t_ps: int) -> None:
     """Note that a count that was right has been left."""
     at = left_ps.size // 2 + right
@@ -96,7 +96,7 @@ def note_left(left_ps: NDArray[np.int64], right: int, t_ps: int) -> None:
         left_ps[at] = t_ps
 
 
-@step
+@helper
 def note_beyond(
     s: Record,
     low: int,

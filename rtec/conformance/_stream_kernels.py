@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import kernel, step
+from rtec._jit import helper, kernel
 from rtec.units._time_kernels import PS_PER_S
 
 _ROUNDING = 1.0 + 1e-9
 
 
-@step
+@helper
 def fastest_hz(apart_ps: int, same: bool, gain_hz_s: float, jitter_ps: float) -> float:
     """Return how fast the axis can be at the end of an interval; the mean of one with a turn in it is 0."""
     seconds = max(apart_ps - jitter_ps, 1.0) / PS_PER_S
@@ -21,7 +21,7 @@ def fastest_hz(apart_ps: int, same: bool, gain_hz_s: float, jitter_ps: float) ->
     return min(mean_hz + gain_hz_s * seconds / 2.0, math.sqrt(mean_hz * mean_hz + gain_hz_s / 2.0))
 
 
-@step
+@helper
 def too_soon(fastest: float, apart_ps: int, gain_hz_s: float, jitter_ps: float) -> bool:
     """Return whether an axis no faster than that cannot go over a count in an interval."""
     seconds = (apart_ps + jitter_ps) / PS_PER_S * _ROUNDING

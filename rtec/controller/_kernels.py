@@ -64,7 +64,7 @@ RECEIVER = np.dtype(
 )
 
 
-@step
+@helper
 def first_tick(rx: Record, t_ps: int) -> int:
     """Return the number of the first tick at or after ``t_ps``, exactly, whatever the clock's period."""
     if t_ps - rx.reference_ps >= PS_PER_S or t_ps < rx.reference_ps:
@@ -84,13 +84,13 @@ def first_tick(rx: Record, t_ps: int) -> int:
     return rx.reference_tick + tick + (1 if rest > 0 else 0)
 
 
-@step
+@helper
 def time_of_tick(rx: Record, tick: int) -> int:
     """Return the first whole picosecond at or after tick number ``tick``, near the reference."""
     return rx.reference_ps - (rx.reference_tick - tick) * rx.tick_num // rx.tick_den
 
 
-@step
+@helper
 def count_step(rx: Record, before_ab: int, after_ab: int, delta: int) -> None:
     """Count one transition, by ``delta`` where the multiplication counts it."""
     if rx.multiplication == X4:
@@ -120,7 +120,7 @@ def note_illegal(rx: Record, t_ps: int) -> None:
         count_step(rx, between, rx.accepted ^ 3, rx.direction)
 
 
-@step
+@helper
 def accept(rx: Record, t_ps: int, ab: int) -> None:
     """Take the filtered levels ``ab`` over and count their transition."""
     delta = count_delta(rx.accepted, ab)
@@ -174,7 +174,7 @@ def settle_before(rx: Record, t_ps: int) -> None:
             accept(rx, t_ps, rx.raw)
 
 
-@step
+@helper
 def receiver_settle(rx: Record, t_ps: int) -> None:
     """Bring the count up to ``t_ps``: what a tick before the end of this picosecond has completed is counted."""
     settle_before(rx, t_ps + 1)
@@ -196,14 +196,14 @@ def end_of_dip(rx: Record, t_ps: int, changed_ps: int, dipped_ps: int) -> int:
     return dipped_ps if first_tick(rx, changed_ps) == first_tick(rx, t_ps) else t_ps
 
 
-@step
+@helper
 def stood_long(rx: Record, t_ps: int) -> bool:
     """Return whether one line is on its way through the filter, and surely through it at ``t_ps``, as is the rule."""
     pending = rx.raw ^ rx.accepted
     return (pending == 1 or pending == 2) and t_ps - rx.last_ps > rx.sure_ps
 
 
-@step
+@helper
 def take_over(rx: Record, t_ps: int, ab: int) -> None:
     """Count the transition of one line that has stood long, and take the levels ``ab`` from ``t_ps`` on.
 
@@ -255,7 +255,7 @@ def receiver_edge(rx: Record, t_ps: int, ab: int) -> None:
         take_closely(rx, t_ps, ab)
 
 
-@step
+@helper
 def receiver_index(rx: Record, t_ps: int) -> None:
     """Latch the count at an index pulse."""
     receiver_settle(rx, t_ps)
@@ -263,7 +263,7 @@ def receiver_index(rx: Record, t_ps: int) -> None:
     rx.index_pulses += 1
 
 
-@step
+@helper
 def receiver_probe(rx: Record, t_ps: int) -> None:
     """Latch the count at a probe trip."""
     receiver_settle(rx, t_ps)
@@ -271,7 +271,7 @@ def receiver_probe(rx: Record, t_ps: int) -> None:
     rx.probe_trips += 1
 
 
-@step
+@helper
 def receiver_reset(rx: Record, ab: int) -> None:
     """Start at time 0 with the levels ``ab`` at rest and the count zero."""
     rx.raw = ab

@@ -11,7 +11,7 @@ offset. A design says which, how far, and from where (`rtec.injector.design`).
 
 from __future__ import annotations
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper, step
 from rtec.injector._state_kernels import ARMED, IDLE, LETTING_GO, SAMPLING, WRITING
 from rtec.signal._kernels import NEVER, level_of_state, state_of_level
 
@@ -105,7 +105,7 @@ def sample(s: Record, t_ps: int) -> None:
     s.phase = WRITING
 
 
-@step
+@helper
 def write(s: Record, t_ps: int) -> None:
     """Let the processor write what it read, and insert right after it if it owes a count."""
     drive(s)

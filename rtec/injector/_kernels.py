@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, kernel, step
+from rtec._jit import Record, helper, kernel, step
 from rtec.injector._insertion_kernels import (
     advance_insertion,
     arm_at_rest,
@@ -114,7 +114,7 @@ def injector_enable(s: Record, t_ps: int, enabled: int) -> None:
     arm_at_rest(s, t_ps)
 
 
-@step
+@helper
 def injector_power(s: Record, t_ps: int, powered: int) -> None:
     """Take the box's power away or give it back.
 
@@ -140,7 +140,7 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
     drive(s)
 
 
-@step
+@helper
 def injector_reset(s: Record, ab: int) -> None:
     """Start at rest with the levels ``ab``, powered and enabled, nothing requested."""
     s.enabled = 1

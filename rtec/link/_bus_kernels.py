@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel
 from rtec.link._crc_kernels import sealed
 from rtec.link._frame_kernels import AXIS_BITS, REQUEST
 from rtec.link._outbox_kernels import OUTBOX
@@ -98,7 +98,7 @@ BUS = np.dtype(
 )
 
 
-@step
+@helper
 def bits_of(seed: int, serial: int) -> int:
     """Return 62 random bits for the frame number ``serial`` that a fault affects."""
     z = np.uint64(serial + 1) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed) * np.uint64(0xBF58476D1CE4E5B9)
@@ -106,7 +106,7 @@ def bits_of(seed: int, serial: int) -> int:
     return int((z ^ (z >> np.uint64(29))) >> np.uint64(2))
 
 
-@step
+@helper
 def rank(identifier: int) -> int:
     """Return the arbitration number of a frame: of equal first 11 bits, the base format wins."""
     if identifier & EXTENDED:
@@ -114,7 +114,7 @@ def rank(identifier: int) -> int:
     return (identifier & 0x7FF) << 19
 
 
-@step
+@helper
 def fire(f: Record, t_ps: int) -> None:
     """Note that a fault took effect."""
     if f.fired == 0:
@@ -122,7 +122,7 @@ def fire(f: Record, t_ps: int) -> None:
     f.fired += 1
 
 
-@step
+@helper
 def affects(f: Record, t_ps: int, node: int, identifier: int) -> bool:
     """Return whether a fault affects this frame."""
     if not f.from_ps <= t_ps < f.until_ps or f.fired >= f.most:
@@ -130,7 +130,7 @@ def affects(f: Record, t_ps: int, node: int, identifier: int) -> bool:
     return bool((f.place == ANY or f.place == node) and (f.identifier == ANY or f.identifier == identifier))
 
 
-@step
+@helper
 def is_off(faults: NDArray[np.void], node: int, t_ps: int) -> bool:
     """Return whether a node is off the bus."""
     for i in range(faults.size):
@@ -140,7 +140,7 @@ def is_off(faults: NDArray[np.void], node: int, t_ps: int) -> bool:
     return False
 
 
-@step
+@helper
 def next_sender(bus: Record, faults: NDArray[np.void], t_ps: int) -> int:
     """Return the node that begins at ``t_ps``: a babbler, else that with the lowest identifier; -1 for nobody."""
     winner = -1
@@ -215,7 +215,7 @@ def bus_submit(bus: Record, faults: NDArray[np.void], node: int, t_ps: int, iden
     bus_begin(bus, faults, t_ps)
 
 
-@step
+@helper
 def bus_next(bus: Record) -> int:
     """Return when the bus next delivers a frame."""
     t_ps = bus.ends_ps
@@ -224,7 +224,7 @@ def bus_next(bus: Record) -> int:
     return int(t_ps)
 
 
-@step
+@helper
 def delay(bus: Record, due_ps: int, node: int, identifier: int, payload: int) -> None:
     """Deliver a frame later."""
     if bus.delayed == DELAYED:

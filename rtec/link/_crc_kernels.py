@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import kernel, step
+from rtec._jit import helper, kernel
 
 POLYNOMIAL = 0x2F
 START = 0xFF
@@ -31,7 +31,7 @@ def _table() -> np.ndarray[tuple[int], np.dtype[np.int64]]:
 TABLE = _table()
 
 
-@step
+@helper
 def checksum(identifier: int, payload: int) -> int:
     """Return the checksum of a frame: over its identifier, low byte first, and bytes 1 to 7 of its payload."""
     crc = TABLE[START ^ (identifier & 0xFF)]
@@ -47,7 +47,7 @@ def sealed(identifier: int, payload: int) -> int:
     return (payload & ~0xFF) | checksum(identifier, payload)
 
 
-@step
+@helper
 def is_sealed(identifier: int, payload: int) -> bool:
     """Return whether the checksum of a frame is right."""
     return checksum(identifier, payload) == payload & 0xFF

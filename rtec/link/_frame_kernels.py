@@ -7,7 +7,7 @@ one to the other. Byte 0 is the checksum and byte 1 the sequence counter, in eve
 
 from __future__ import annotations
 
-from rtec._jit import step
+from rtec._jit import helper
 from rtec.link._crc_kernels import sealed
 
 HOLD = 0x080
@@ -75,21 +75,21 @@ SETUP_WORD = 16, 48, False
 """The word of `design_cycle_step`."""
 
 
-@step
+@helper
 def field(payload: int, bit: int, width: int, is_signed: bool) -> int:
     """Return a field: ``width`` bits from ``bit`` on, in two's complement where it is signed."""
     value = (payload >> bit) & ((1 << width) - 1)
     return value - (1 << width) if is_signed and value >> (width - 1) else value
 
 
-@step
+@helper
 def placed(value: int, bit: int, width: int, is_signed: bool) -> int:
     """Return a payload of this field alone; what the field does not hold is cut off."""
     # the highest bit of the payload is its sign
     return field(value, 0, width, bit + width == PAYLOAD_BITS) << bit
 
 
-@step
+@helper
 def pack_request(axis: int, sequence: int, total: int, flags: int, requester: int, session: int) -> int:
     """Return the payload of a request: the total twice, the second time inverted."""
     word = placed(sequence, *SEQUENCE) | placed(total, *REQUEST_TOTAL) | placed(~total, *REQUEST_INVERSE)
@@ -97,13 +97,13 @@ def pack_request(axis: int, sequence: int, total: int, flags: int, requester: in
     return sealed(REQUEST + axis, word)
 
 
-@step
+@helper
 def request_agrees(payload: int) -> bool:
     """Return whether the total and its inverse say the same."""
     return field(~payload, *REQUEST_INVERSE) == field(payload, 16, 16, False)
 
 
-@step
+@helper
 def pack_status(
     axis: int, sequence: int, code: int, flags: int, session: int, frames: int, requests: int, moments: int
 ) -> int:
@@ -114,7 +114,7 @@ def pack_status(
     return sealed(STATUS + axis, word)
 
 
-@step
+@helper
 def pack_corrections(axis: int, sequence: int, completed: int, accepted: int, session: int, judged: int) -> int:
     """Return the payload of the corrections: both totals, and the sequence counter of the last request judged."""
     word = placed(sequence, *SEQUENCE) | placed(completed, *CORRECTIONS_COMPLETED)
@@ -122,7 +122,7 @@ def pack_corrections(axis: int, sequence: int, completed: int, accepted: int, se
     return sealed(CORRECTIONS + axis, word | placed(judged, *CORRECTIONS_JUDGED))
 
 
-@step
+@helper
 def pack_position(axis: int, sequence: int, position: int, valid: int, counted: int) -> int:
     """Return the payload of a position: the word, Data Valid, and the counts added up, modulo 2^15."""
     word = placed(sequence, *SEQUENCE) | placed(position, *POSITION_COUNTS)
@@ -130,7 +130,7 @@ def pack_position(axis: int, sequence: int, position: int, valid: int, counted: 
     return sealed(POSITION + axis, word)
 
 
-@step
+@helper
 def pack_probe(axis: int, sequence: int, position: int, trips: int, session: int) -> int:
     """Return the payload of a probe latch."""
     word = placed(sequence, *SEQUENCE) | placed(position, *PROBE_COUNTS)
@@ -138,20 +138,20 @@ def pack_probe(axis: int, sequence: int, position: int, trips: int, session: int
     return sealed(PROBE + axis, word)
 
 
-@step
+@helper
 def pack_hold(sequence: int, reason: int, axis: int) -> int:
     """Return the payload of a hold: why, and for which axis."""
     word = placed(sequence, *SEQUENCE) | placed(reason, *HOLD_REASON) | placed(axis, *HOLD_AXIS)
     return sealed(HOLD, word)
 
 
-@step
+@helper
 def pack_setup(identifier: int, sequence: int, word: int) -> int:
     """Return the payload of a setup, or of what a PC expects of one: the word of `design_cycle_step`."""
     return sealed(identifier, placed(sequence, *SEQUENCE) | placed(word, *SETUP_WORD))
 
 
-@step
+@helper
 def design_cycle_step(design: int, cycle_us: int, step: int) -> int:
     """Return the word that says how a box or a PC is set up; ``step`` in 0.1 nm. It is never 0."""
     return (design & 0xF) | (cycle_us & 0xFFFFF) << 4 | (step & 0xFFFFFF) << 24

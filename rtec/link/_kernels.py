@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper, step
 from rtec.signal._kernels import NEVER
 
 SLOTS = 16
@@ -65,7 +65,7 @@ def post(m: Record, t_ps: int, w0: int, w1: int, w2: int, w3: int) -> None:
     m.waiting += 1
 
 
-@step
+@helper
 def mailbox_reset(m: Record) -> None:
     """Empty the mailbox."""
     m.first = 0

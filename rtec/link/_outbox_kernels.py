@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper
 
 ROOM = 16
 """Frames that a node may want to send before anybody takes them; it makes at most five in a millisecond."""
@@ -25,7 +25,7 @@ OUTBOX = np.dtype(
 )
 
 
-@step
+@helper
 def put(o: Record, identifier: int, payload: int) -> None:
     """Want to send a frame."""
     if o.waiting == ROOM:
@@ -36,7 +36,7 @@ def put(o: Record, identifier: int, payload: int) -> None:
     o.waiting += 1
 
 
-@step
+@helper
 def order_of(last: int, sequence: int) -> int:
     """Return whether a sequence counter follows the last one."""
     ahead = (sequence - last) & 0xFF

@@ -32,7 +32,7 @@ def next_edge(m: Record) -> int:
     return max(edge_ps, max(e.last_ps + 1, m.event_ps))
 
 
-@helper
+@step
 def run_box(m: Record, box: Any, t_ps: int) -> None:
     """Let a running firmware go on to ``t_ps``; a fault that waits for an insertion begins with it."""
     parts, run = box
@@ -61,7 +61,7 @@ def next_of_lines(m: Record, box: Any) -> int:
     return min(m.injector.next_ps, m.encoder.glitch_next_ps)
 
 
-@helper
+@step
 def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
     """Carry out what the lines do up to ``until_ps`` in this part of the tick; return whether the part is over.
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, kernel
+from rtec._jit import Record, kernel, step
 from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
 from rtec.link._frame_kernels import AXIS_BITS, EXPECTED, HOLD, REQUEST
 from rtec.machine._fault_kernels import (
@@ -51,7 +51,7 @@ CELL = np.dtype(
 )
 
 
-@helper
+@step
 def begin_at_pc(c: Record, f: Record, t_ps: int) -> None:
     """Let a fault of the PC begin."""
     if f.kind == PC_KILLED:
@@ -63,7 +63,7 @@ def begin_at_pc(c: Record, f: Record, t_ps: int) -> None:
     fire(f, t_ps)
 
 
-@helper
+@step
 def deliver_frame(
     c: Record, stations: NDArray[np.void], pcs: NDArray[np.void], faults: NDArray[np.void], t_ps: int
 ) -> None:
@@ -81,7 +81,7 @@ def deliver_frame(
         pc_receive(pcs[axis - 1], t_ps + c.pc_offset_ps, bus.identifier, bus.payload)
 
 
-@helper
+@step
 def turn_pc(
     c: Record,
     stations: NDArray[np.void],
@@ -115,7 +115,7 @@ def turn_pc(
             stations[j].pc_holds = 1
 
 
-@helper
+@step
 def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.void], i: int, t_ps: int) -> None:
     """Run an axis to the reading of its box, and let the box take it."""
     advance, _ = steps
@@ -133,7 +133,7 @@ def turn_box(c: Record, axes: Any, boxes: Any, steps: Any, faults: NDArray[np.vo
             stations[j].pc_holds = 1  # the hold contacts of the boxes are in series
 
 
-@helper
+@step
 def watch_lines(c: Record, axes: Any, boxes: Any, steps: Any, t_ps: int) -> None:
     """Start axes that follow lines together once all are ready, and stop all as soon as one is not."""
     advance, _ = steps

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, helper
 from rtec.injector._kernels import injector_enable, injector_power
 from rtec.link._bus_kernels import CABLE_AFFECTED, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_AFFECTED, fire
 from rtec.machine._firmware_kernels import power_firmware, set_inputs
@@ -31,7 +31,7 @@ PC_PROBING = 43
 """Not a fault but an order: the PC enters the probing mode, and leaves it."""
 
 
-@step
+@helper
 def behind_cable(st: Record, level: int) -> int:
     """Return the levels that the box gets: the encoder's, changed where the record of the cable says so.
 
@@ -40,7 +40,7 @@ def behind_cable(st: Record, level: int) -> int:
     return level ^ (st.cable >> (8 * st.cable_level + 2 * level)) & 3
 
 
-@step
+@helper
 def throw_switch(st: Record, box: Any, t_ps: int) -> None:
     """Disable corrections by the hardware switch."""
     st.node.box.switch_on = 0
@@ -50,7 +50,7 @@ def throw_switch(st: Record, box: Any, t_ps: int) -> None:
         set_inputs(st, box[0], t_ps)
 
 
-@step
+@helper
 def trip_probe(st: Record, box: Any, t_ps: int) -> None:
     """Let the probe trip."""
     if box is None:
@@ -166,7 +166,7 @@ def await_insertion(st: Record, f: Record) -> None:
     st.triggered_ps = 0
 
 
-@step
+@helper
 def comes_due(f: Record, t_ps: int, begins: bool) -> bool:
     """Return whether a fault begins, or ends, at ``t_ps``, and note that it does."""
     if begins and f.kept == 0 and f.from_ps == t_ps:
@@ -178,7 +178,7 @@ def comes_due(f: Record, t_ps: int, begins: bool) -> bool:
     return False
 
 
-@step
+@helper
 def next_of_faults(faults: NDArray[np.void]) -> int:
     """Return when a fault beyond the bus next begins or ends."""
     t_ps = NEVER

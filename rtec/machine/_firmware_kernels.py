@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model.core._layout import BUS_AT, CYCLES, XRAM
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel
 from rtec.board._board_kernels import (
     ACCEPTED,
     COMPLETED,
@@ -70,7 +70,7 @@ REST = np.dtype(
 )
 
 
-@step
+@helper
 def note_insertions(s: Record, b: Record, mem: Bytes) -> None:
     """Note what the words to the PC say of insertions, in the record of the behavioural box."""
     completed = signed_word(mem, WORDS + COMPLETED, 2)
@@ -103,7 +103,7 @@ def take_words(m: Record, box: Any, t_ps: int) -> None:
     look_for_round(rest, mem, h, snapshot)
 
 
-@step
+@helper
 def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Bytes) -> None:
     """Compare the processor with what it was at the snapshot."""
     if rest.state == WANTED:
@@ -119,14 +119,14 @@ def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Byt
         rest.state = FOUND
 
 
-@step
+@helper
 def forget_round(box: Any) -> None:
     """Let the search for a round begin anew: something comes in between."""
     _, _, _, _, _, _, rest, _ = box
     rest.state = IDLE
 
 
-@step
+@helper
 def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     """Leave out the whole rounds before ``t_ps``; False where none is known yet."""
     b, _, _, h, _, _, rest, _ = box
@@ -147,7 +147,7 @@ def skip_rounds(m: Record, box: Any, t_ps: int) -> bool:
     return True
 
 
-@step
+@helper
 def deliver_board(m: Record, box: Any, t_ps: int) -> None:
     """Let the receiver see what the box drives, once all events of this instant are carried out."""
     b, _, _, _, _, _, _, _ = box
@@ -193,7 +193,7 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> bool:
             return False
 
 
-@step
+@helper
 def restart_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Let the processor start again, with nothing asked of it and nothing inserted."""
     b, _, mem, h, log, _, _, _ = box
@@ -215,7 +215,7 @@ def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
         board_lose_power(b, h)
 
 
-@step
+@helper
 def set_inputs(m: Record, box: Any, t_ps: int) -> None:
     """Put switch and probe's line as they are now.
 
@@ -256,7 +256,7 @@ def zero_firmware(box: Any) -> None:
     b.ahead = 0
 
 
-@step
+@helper
 def firmware_edge(box: Any, t_ps: int, level: int) -> None:
     """Send a transition, up to which the firmware has run, into the box."""
     b, _, mem, h, log, _, _, _ = box
@@ -264,14 +264,14 @@ def firmware_edge(box: Any, t_ps: int, level: int) -> None:
     board_edge(b, mem, h, log, t_ps, level)
 
 
-@step
+@helper
 def words_valid(box: Any) -> bool:
     """Return whether Data Valid is high."""
     b, _, _, _, _, _, _, _ = box
     return bool(b.valid == 1)
 
 
-@step
+@helper
 def stop_firmware(m: Record, pair: Any, t_ps: int) -> None:
     """Open the switch, and let what the firmware has begun come to its end."""
     box, run = pair

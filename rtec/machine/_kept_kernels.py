@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, helper
 
 KEPT = 32
 """Changes of the lines that are kept, where they are."""
@@ -32,7 +32,7 @@ def keep(st: Record, t_ps: int, ended: bool) -> None:
             put_aside(st)
 
 
-@step
+@helper
 def put_aside(st: Record) -> None:
     """Copy the changes kept, the oldest first."""
     st.aside = min(st.kept, KEPT)
@@ -44,7 +44,7 @@ def put_aside(st: Record) -> None:
         st.aside_out[i] = st.kept_out[k]
 
 
-@step
+@helper
 def keep_own(st: Record, t_ps: int) -> None:
     """Keep the lines of a box whose injector is modelled: its number of insertions tells when one has ended."""
     ended = st.injector.inserted != st.seen_inserted

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, step
 from rtec.predictors._kernels import error_at
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
@@ -51,7 +51,7 @@ def true_mm(m: Record, t_ps: int) -> float:
     return float(m.play.y_mm + grown_mm(m.play, t_ps) + m.servo.beyond_mm)
 
 
-@helper
+@step
 def follow_play(m: Record, error: Any) -> None:
     """Let the true position follow the encoder's within the play between the forward and the reverse curve."""
     x_mm = m.servo.x * m.servo.count_mm
@@ -60,7 +60,7 @@ def follow_play(m: Record, error: Any) -> None:
     m.play.y_mm = min(max(m.play.y_mm, low), high)
 
 
-@helper
+@step
 def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
     """Return whether the axis is within the laser's window about the next target.
 

@@ -146,7 +146,7 @@ def take_lines(st: Record, box: Any, t_ps: int) -> None:
             keep(st, t_ps, False)
 
 
-@helper
+@step
 def fire_box(st: Record) -> None:
     """Carry out the box's own next event; a pending fault is triggered while an insertion is under way."""
     s = st.injector
@@ -159,7 +159,7 @@ def fire_box(st: Record) -> None:
         trigger_pending(st, None, t_ps)
 
 
-@helper
+@step
 def fire_between_edges(st: Record) -> None:
     """Carry out what the box does next; the lines change at once where a fault of the cable is triggered with it."""
     t_ps = st.injector.next_ps

@@ -52,7 +52,7 @@ MACHINE = np.dtype(
 )
 
 
-@helper
+@step
 def converse_box(m: Record, t_ps: int) -> None:
     """Let the box read the PC's words and pass its request on to the injector."""
     if m.powered == 0:
@@ -66,7 +66,7 @@ def converse_box(m: Record, t_ps: int) -> None:
         injector_request(m.injector, t_ps, total)
 
 
-@helper
+@step
 def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
@@ -114,7 +114,7 @@ def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> N
     m.fault_ps = next_of_faults(faults)
 
 
-@helper
+@step
 def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.void]) -> None:
     """Let box or PC take the turn that is due at ``t_ps``, or a fault begin or end."""
     m.event_ps = max(t_ps, m.event_ps)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec._jit import Record, step, written_out
+from rtec._jit import Record, helper, written_out
 from rtec.axis._ahead_kernels import AHEAD
 from rtec.controller._kernels import X4, receiver_edge, stood_long, take_over
 from rtec.injector._insertion_kernels import advance_insertion, drive, finish_insertion, hold
@@ -18,7 +18,7 @@ from rtec.injector._state_kernels import ARMED, IDLE
 from rtec.signal._kernels import level_of_state, state_of_level
 
 
-@step
+@helper
 def passes_on(s: Record, t_ps: int) -> bool:
     """Return whether a box, run up to ``t_ps``, passes edges on from then as long as it has nothing else to do.
 
@@ -31,20 +31,20 @@ def passes_on(s: Record, t_ps: int) -> bool:
     return idle and s.pulse_high | s.pulse_low == 0 and (s.inverted == 0 or s.inverted == 3)
 
 
-@step
+@helper
 def edge_ps(times_ps: NDArray[np.int64], i: int) -> int:
     """Return when edge number ``i`` comes; so the compiler sees that the index lies inside."""
     return int(times_ps[i & (AHEAD - 1)])
 
 
-@step
+@helper
 def pass_on(s: Record, t_ps: int, state: int) -> None:
     """Pass an edge to an encoder's state on and do nothing else; the processor in the lines writes it, too."""
     note_edge(s, t_ps, level_of_state(state & 3))
     s.ab_out = level_of_state((state + s.angle) & 3)
 
 
-@step
+@helper
 def settles(rx: Record, t_ps: int, ab: int, more: bool) -> bool:
     """Return whether `take_over` may take an edge to ``ab``; with more to come surely apart, it may count early.
 
@@ -106,7 +106,7 @@ def pass_together(m: Record, times_ps: NDArray[np.int64], first: int, stop: int,
     rx.changed_b_ps = before_ps if a_is_last else rx.last_ps
 
 
-@step
+@helper
 def pass_quietly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int, closest_ps: int) -> None:
     """Pass edges from number ``first`` to before ``stop`` through a box that only passes them on.
 
@@ -127,7 +127,7 @@ def pass_quietly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, 
         s.sampled = s.ab_in
 
 
-@step
+@helper
 def insert_quietly(m: Record, t_ps: int) -> None:
     """Make the whole insertion that is planned, if it ends before ``t_ps`` and its changes surely pass the filter.
 

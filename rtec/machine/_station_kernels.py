@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rtec._jit import Record, helper, kernel, step, written_out
+from rtec._jit import Record, kernel, step, written_out
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset, receiver_settle
 from rtec.injector._kernels import injector_enable, injector_request, injector_reset
@@ -133,7 +133,7 @@ def arrive(st: Record, moves: Any) -> None:
             st.moving_to = 0
 
 
-@helper
+@step
 def acceleration_of_tick(st: Record, moves: Any, plant: Any, place: int) -> float:
     """Let the controller look at its counts; return what its drive does in this tick, in counts/s^2."""
     servo = st.servo
@@ -184,7 +184,7 @@ def at_home(st: Record) -> bool:
     return bool(st.encoder.count == 0 and abs(st.servo.v) <= st.servo.standstill)
 
 
-@helper
+@step
 def turn_box(st: Record, box: Any, t_ps: int) -> None:
     """Let a box take a reading."""
     n, s = st.node, st.injector
@@ -213,7 +213,7 @@ def turn_box(st: Record, box: Any, t_ps: int) -> None:
             injector_request(s, t_ps, n.box.accepted)
 
 
-@helper
+@step
 def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     """Zero every counter, that of the controller included: the axis stands at home (General Considerations)."""
     s = st.injector

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper
 from rtec.board._board_kernels import inserting
 from rtec.injector._state_kernels import ARMED, INSERTING as IN_INSERTION
 from rtec.injector._wave_kernels import COMPLETED, INSERTING, LEVEL_IN, LEVEL_OUT, REQUESTED, TIME
@@ -19,21 +19,21 @@ ROWS_AN_EDGE = 16
 """With its glitch, with what passes late, and with what is let go."""
 
 
-@step
+@helper
 def rows_ahead(s: Record) -> int:
     """Return how many rows may come with the next edge: everything that is owed may be inserted before it."""
     owed = abs(s.requested - s.completed) + STEPS_AN_EDGE
     return int(ROWS_AN_EDGE + owed * (s.changes + 4))
 
 
-@step
+@helper
 def has_room(tape: Any, s: Record, asks: int) -> bool:
     """Return whether the next edge fits on the tape, with so many requests before it."""
     rows, used = tape
     return bool(rows.shape[0] == 0 or used[0] + rows_ahead(s) + asks * (s.changes + 4) <= rows.shape[0])
 
 
-@step
+@helper
 def add_row(tape: Any, t_ps: int, ab_in: int, ab_out: int, requested: int, completed: int, busy: int) -> None:
     """Write a row, if anything in it is new."""
     rows, used = tape
@@ -56,7 +56,7 @@ def add_row(tape: Any, t_ps: int, ab_in: int, ab_out: int, requested: int, compl
     used[0] = n + 1
 
 
-@step
+@helper
 def keep_box(tape: Any, s: Record, t_ps: int) -> None:
     """Write the box at ``t_ps``; an insertion shows from the look that begins it to its last change."""
     rows, used = tape
@@ -81,7 +81,7 @@ def keep_box(tape: Any, s: Record, t_ps: int) -> None:
     add_row(tape, t_ps, s.ab_in, s.ab_out, s.requested, s.completed, 1 if busy else 0)
 
 
-@step
+@helper
 def keep_board(tape: Any, s: Record, b: Record, t_ps: int) -> None:
     """Write the box with its firmware at ``t_ps``.
 

@@ -45,7 +45,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rtec._jit import fused_kernel, fused_step, helper, kernel, summing_helper
+from rtec._jit import fused_kernel, fused_step, helper, kernel, step, summing_helper
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._columns import Floats
 from rtec.predictors._logistic_kernels import logistic
@@ -255,7 +255,7 @@ def sure_of(error_mm: float, unsure_mm: float) -> float:
     return 0.0 if abs(error_mm) <= unsure_mm else error_mm
 
 
-@helper
+@step
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
     function, numbers, _, _, _, inputs, memory, unsure_mm, sd = curve
@@ -264,7 +264,7 @@ def error_at(curve: Any, x_mm: float, direction: int) -> float:
     return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
 
 
-@helper
+@step
 def predicted_mm(model: Any, sensors: Floats) -> float:
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 

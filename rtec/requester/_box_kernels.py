@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper, step
 from rtec.link._kernels import deliver, post
 
 NOT_HOMED, RUNNING, FATAL = 0, 1, 2
@@ -124,7 +124,7 @@ def box_tick(b: Record, down: Record, up: Record, t_ps: int, count: int, complet
     return b.accepted
 
 
-@step
+@helper
 def take_answer(b: Record, accepted: int, message: int, trip_position: int, trips: int) -> None:
     """Take over the state of a running firmware, which checks the requests itself; a fatal stop stays fatal."""
     b.readings += 1
@@ -146,14 +146,14 @@ def take_answer(b: Record, accepted: int, message: int, trip_position: int, trip
         b.state = FATAL
 
 
-@step
+@helper
 def box_trip(b: Record, count: int) -> None:
     """Latch the axis position at a probe trip."""
     b.trip_position = count - b.zero
     b.trips += 1
 
 
-@step
+@helper
 def box_reset(b: Record, first_ps: int) -> None:
     """Switch the box on, without a home; the counters of observations go on."""
     b.next_ps = first_ps

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, helper, step
+from rtec._jit import Record, helper
 from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import field, request_agrees
@@ -85,7 +85,7 @@ BOX_NODE = np.dtype(
 WORD_RIGHT, WORD_STALE, WORD_TORN = 0, 1, 2
 
 
-@step
+@helper
 def box_fail(n: Record, code: int) -> None:
     """Stop for good; the first reason is kept."""
     if n.box.state != box.FATAL:
@@ -93,7 +93,7 @@ def box_fail(n: Record, code: int) -> None:
         n.box.status = code
 
 
-@step
+@helper
 def box_start(n: Record, t_ps: int, session: int) -> None:
     """Switch the box's processor on, without a home and without a PC."""
     box_reset(n.box, t_ps)
@@ -124,7 +124,7 @@ def box_start(n: Record, t_ps: int, session: int) -> None:
     n.word_fault = WORD_RIGHT
 
 
-@step
+@helper
 def frames_refused(n: Record) -> int:
     """Return how many frames were refused as invalid, whatever they requested."""
     return int(
@@ -139,14 +139,14 @@ def frames_refused(n: Record) -> int:
     )
 
 
-@step
+@helper
 def setup_differs(n: Record, t_ps: int) -> bool:
     """Return whether the PC that was heard last expects another design, step or cycle than this box has."""
     known = n.setup != 0 and n.expected != 0 and t_ps - n.expected_ps <= n.watchdog_ps
     return bool(known and n.expected != n.setup)
 
 
-@step
+@helper
 def take_expected(n: Record, t_ps: int, payload: int) -> None:
     """Receive the setup that the PC expects; a box with another setup must not be homed by it."""
     n.expected = field(payload, *frame.SETUP_WORD)
@@ -158,7 +158,7 @@ def take_expected(n: Record, t_ps: int, payload: int) -> None:
             box_fail(n, box.SETUP_DIFFERS)
 
 
-@step
+@helper
 def is_due(n: Record, payload: int, order: int) -> bool:
     """Return whether a request comes in order, from the PC in charge, and does not contradict itself."""
     running = n.box.state == box.RUNNING
@@ -179,7 +179,7 @@ def is_due(n: Record, payload: int, order: int) -> bool:
     return True
 
 
-@step
+@helper
 def take_home(n: Record, t_ps: int, flags: int, payload: int) -> None:
     """Take home where the axis is there; the PC that asks is in charge from now on."""
     n.heard_ps = t_ps
@@ -189,7 +189,7 @@ def take_home(n: Record, t_ps: int, flags: int, payload: int) -> None:
         post(n.down, t_ps, 0, box.GO_HOME, 0, 0)
 
 
-@step
+@helper
 def spent(n: Record, flags: int) -> int:
     """Return the flags without Large Correction where it has been used: it admits one change."""
     if not flags & box.LARGE_CORRECTION:
@@ -248,7 +248,7 @@ def take_reset(n: Record, t_ps: int, flags: int, order: int) -> None:
         n.resets_requested = 1
 
 
-@step
+@helper
 def restart(n: Record, t_ps: int) -> None:
     """Wait for home again at the operator's order: totals and rejections are cleared, the session continues."""
     box_reset(n.box, n.box.next_ps)

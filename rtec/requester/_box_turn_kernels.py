@@ -6,7 +6,7 @@ changes.
 
 from __future__ import annotations
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper
 from rtec.link import _frame_kernels as frame
 from rtec.link._frame_kernels import pack_corrections, pack_position, pack_probe, pack_setup, pack_status
 from rtec.link._kernels import mailbox_reset
@@ -16,14 +16,14 @@ from rtec.requester._box_kernels import box_tick
 from rtec.requester._box_node_kernels import WORD_STALE, WORD_TORN, box_fail, frames_refused, setup_differs
 
 
-@step
+@helper
 def say_setup(n: Record) -> None:
     """Send the setup."""
     n.sequence_setup += 1
     put(n.out, frame.SETUP + n.axis, pack_setup(frame.SETUP + n.axis, n.sequence_setup, n.setup))
 
 
-@step
+@helper
 def say_status(n: Record, moments: int) -> None:
     """Send the status."""
     b = n.box
@@ -39,7 +39,7 @@ def say_status(n: Record, moments: int) -> None:
     n.said_code = n.code
 
 
-@step
+@helper
 def say_corrections(n: Record, completed: int) -> None:
     """Send the totals completed and accepted."""
     n.sequence_corrections += 1
@@ -48,7 +48,7 @@ def say_corrections(n: Record, completed: int) -> None:
     n.said_completed = completed
 
 
-@step
+@helper
 def word_of(n: Record, right: int) -> int:
     """Return the position word where ``right`` is its true value, with the injected faults."""
     word = right
@@ -61,7 +61,7 @@ def word_of(n: Record, right: int) -> int:
     return int(word)
 
 
-@step
+@helper
 def say_position(n: Record, count: int) -> None:
     """Send the position word."""
     right = count - n.box.zero
@@ -72,7 +72,7 @@ def say_position(n: Record, count: int) -> None:
     put(n.out, frame.POSITION + n.axis, pack_position(n.axis, n.sequence_position, word, valid, right))
 
 
-@step
+@helper
 def say_trip(n: Record) -> None:
     """Send the probe latch."""
     n.sequence_probe += 1
@@ -81,7 +81,7 @@ def say_trip(n: Record) -> None:
     n.said_trips = n.box.trips
 
 
-@step
+@helper
 def box_check_watchdog(n: Record, t_ps: int, illegal: int, stopped: bool) -> None:
     """Stop for good where the PC is silent, the encoder's lines are not those of an encoder, or the drive is stopped.
 
@@ -97,7 +97,7 @@ def box_check_watchdog(n: Record, t_ps: int, illegal: int, stopped: bool) -> Non
             box_fail(n, box.DRIVE_STOPPED)
 
 
-@step
+@helper
 def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
     """Let the box take its reading and check the request."""
     if n.box.state == box.NOT_HOMED and n.at_home == 0:
@@ -105,7 +105,7 @@ def box_sample(n: Record, t_ps: int, count: int, completed: int) -> None:
     box_tick(n.box, n.down, n.up, t_ps, count, completed)
 
 
-@step
+@helper
 def judge_status(n: Record, t_ps: int, completed: int, moments: int) -> None:
     """See which status code the box is in, as far as the bus is concerned."""
     b = n.box
@@ -119,7 +119,7 @@ def judge_status(n: Record, t_ps: int, completed: int, moments: int) -> None:
         n.code = box.SETUP_DIFFERS
 
 
-@step
+@helper
 def cycle_is_due(n: Record, t_ps: int) -> bool:
     """Return whether the time of the next cycle has come, and set the time of the one after."""
     if t_ps < n.cycle_next_ps:
@@ -130,7 +130,7 @@ def cycle_is_due(n: Record, t_ps: int) -> bool:
     return True
 
 
-@step
+@helper
 def box_say(n: Record, t_ps: int, count: int, completed: int, moments: int) -> None:
     """Want to send what is due; ``moments`` counts those at which the speed gate refused to insert."""
     b = n.box

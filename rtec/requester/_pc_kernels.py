@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from rtec._jit import Record, step
+from rtec._jit import Record, helper
 from rtec.link._kernels import deliver, post
 from rtec.predictors._kernels import AXES, DIRECTION, POSITION, SENSORS, TIME, VELOCITY
 from rtec.requester import _box_kernels as box
@@ -70,7 +70,7 @@ PC = np.dtype(
 )
 
 
-@step
+@helper
 def follow_direction(p: Record, position: int) -> None:
     """Follow the direction of motion: it turns once the axis has come back by the hysteresis."""
     back = (p.extreme - position) * p.direction
@@ -82,7 +82,7 @@ def follow_direction(p: Record, position: int) -> None:
     p.position = position
 
 
-@step
+@helper
 def schedule_reading(p: Record, t_ps: int, valid: bool) -> bool:
     """Schedule the next reading: soon where Data Valid is low, else in the next slot; return ``valid``."""
     if not valid:
@@ -96,7 +96,7 @@ def schedule_reading(p: Record, t_ps: int, valid: bool) -> bool:
     return True
 
 
-@step
+@helper
 def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     """Read the box's words; return whether a prediction for ``position`` and ``direction`` is wanted."""
     deliver(up, t_ps)
@@ -118,7 +118,7 @@ def pc_read(p: Record, up: Record, t_ps: int) -> bool:
     return True
 
 
-@step
+@helper
 def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
     """Set the model's inputs: the axis position as of ``read_ps``, its direction and velocity, and the clock.
 
@@ -138,7 +138,7 @@ def sense(p: Record, t_ps: int, read_ps: int, axis: int) -> None:
     sensors[TIME] = t_ps / PS_PER_S
 
 
-@step
+@helper
 def pc_start(p: Record, down: Record, t_ps: int) -> None:
     """Command the box to take the present position of the axis as home; nothing else happens before it answers."""
     if p.state == WAITING and t_ps - p.commanded_ps >= p.period_ps:
@@ -146,7 +146,7 @@ def pc_start(p: Record, down: Record, t_ps: int) -> None:
         post(down, t_ps, 0, box.GO_HOME, 0, 0)
 
 
-@step
+@helper
 def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     """Turn the predicted deviation into the next request and send it.
 
@@ -180,7 +180,7 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     post(down, t_ps, p.sent, flags, 0, 0)
 
 
-@step
+@helper
 def pc_reset(p: Record, first_ps: int) -> None:
     """Switch the PC on."""
     p.next_ps = first_ps

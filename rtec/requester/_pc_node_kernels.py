@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel
 from rtec.link import _frame_kernels as frame
 from rtec.link._crc_kernels import is_sealed
 from rtec.link._frame_kernels import field
@@ -156,7 +156,7 @@ def pc_node_start(n: Record, t_ps: int, sequence: int) -> None:
     n.last_total = 0
 
 
-@step
+@helper
 def follows(n: Record, has: int, last: int, payload: int) -> bool:
     """Return whether a frame follows the last one of its kind."""
     if has == 0 or n.pc.state == pc.WAITING:
@@ -167,7 +167,7 @@ def follows(n: Record, has: int, last: int, payload: int) -> bool:
     return False
 
 
-@step
+@helper
 def take_setup(n: Record, t_ps: int, payload: int) -> None:
     """Receive the box's setup; with another one than the PC expects, the same total would mean another correction."""
     n.box_setup = field(payload, *frame.SETUP_WORD)
@@ -255,7 +255,7 @@ def take_position(n: Record, t_ps: int, payload: int) -> None:
         n.home_seen = 1
 
 
-@step
+@helper
 def take_probe(n: Record, payload: int) -> None:
     """Take where the probe tripped."""
     if field(payload, *frame.PROBE_SESSION) == n.session and follows(n, n.has_probe, n.probe_sequence, payload):
@@ -265,7 +265,7 @@ def take_probe(n: Record, payload: int) -> None:
         n.trip_position = field(payload, *frame.PROBE_COUNTS)
 
 
-@step
+@helper
 def take_hold(n: Record, t_ps: int, identifier: int, payload: int) -> None:
     """Take a hold: only a PC says it, and this one does not hear itself."""
     if is_sealed(identifier, payload):

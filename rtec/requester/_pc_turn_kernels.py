@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, helper, kernel
 from rtec.link import _frame_kernels as frame
 from rtec.link._frame_kernels import pack_hold, pack_request, pack_setup
 from rtec.link._kernels import deliver, post
@@ -21,7 +21,7 @@ from rtec.requester._pc_node_kernels import pc_hold
 from rtec.signal._kernels import NEVER
 
 
-@step
+@helper
 def reason_in_fatal(code: int) -> int:
     """Return why the box stands still for good, by its status code."""
     if code == box.I_STILL_DONT_BELIEVE_YOU:
@@ -41,7 +41,7 @@ def reason_in_fatal(code: int) -> int:
     return node.BOX_HELD
 
 
-@step
+@helper
 def reason_in_status(n: Record) -> int:
     """Return why the box's status makes the PC hold, if it does."""
     state = n.box_flags & 7
@@ -96,14 +96,14 @@ def check_before_turn(n: Record, t_ps: int) -> None:
     n.turn_ps = t_ps
 
 
-@step
+@helper
 def say_request(n: Record, total: int, flags: int) -> None:
     """Send a request."""
     n.sequence = (n.sequence + 1) & 0xFF
     put(n.out, frame.REQUEST + n.axis, pack_request(n.axis, n.sequence, total, flags, n.requester, n.session))
 
 
-@step
+@helper
 def say_expected(n: Record) -> None:
     """Send the setup that is expected of the box."""
     if n.setup != 0:
