@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from PIL import Image
 
 import rtec.report.folder
 import rtec.study
@@ -190,10 +191,15 @@ def test_tutorial_study_runs(tmp_path, monkeypatch):
     assert (round(forward, 6), round(reverse - forward, 6)) == (0.011, 0.008)
 
 
-def test_readme_table_is_what_the_command_measures(quiet_run):
+def readme_tables():
+    """Return the rows of the README's two tables: the staircase, and what each design leaves."""
     lines = text_of(README).split("## What each design leaves")[1].split("\n## ")[0].splitlines()
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
-    stairs, table = [row for row in cells if len(row) == 3][2:], [row for row in cells if len(row) == 6][2:]
+    return [row for row in cells if len(row) == 3][2:], [row for row in cells if len(row) == 6][2:]
+
+
+def test_readme_table_is_what_the_command_measures(quiet_run):
+    stairs, table = readme_tables()
     training = [quiet_run.learned.diagnosis.rms_before, *(s.rms_train for s in quiet_run.learned.diagnosis.steps)]
     truth = [score.rms_mm for score in quiet_run.learned.scores]
     for figures, column in ((training, 1), (truth, 2)):
@@ -204,6 +210,13 @@ def test_readme_table_is_what_the_command_measures(quiet_run):
         keys = ("max_average_error_um", "max_reversal_error_um", "pp_um", "rms_um")
         assert [float(cell) for cell in cells[1:5]] == [round(measured[key], 1) for key in keys], cells[0]
         assert int(cells[5].replace(" ", "") or 0) == measured["corrections_inserted"]
+
+
+def test_readme_picture_shows_the_figures_of_its_table():
+    with Image.open(ROOT / "docs" / "lathe.png") as picture:
+        panels = picture.text["Description"].splitlines()
+    shown = [re.findall(r"\b[EB] ([\d.]+)", panel) for panel in panels]
+    assert shown == [row[1:3] for row in readme_tables()[1]], "python tests/bench/readme_picture.py draws it anew"
 
 
 # reference

@@ -48,6 +48,13 @@ def test_the_same_result_gives_the_same_bytes_whatever_the_users_settings(make_r
     assert [(figure.svg, figure.png) for figure in drawn] == [(figure.svg, figure.png) for figure in second]
 
 
+def test_a_png_holds_the_titles_of_its_panels_with_their_figures(drawn, make_result):
+    image = Image.open(io.BytesIO(next(figure.png for figure in drawn if figure.name == "positioning")))
+    panels = image.text["Description"].splitlines()
+    assert len(panels) == len(make_result().rows)
+    assert all("A " in panel and panel.endswith("µm") for panel in panels)
+
+
 def test_figures_without_data_are_left_out(make_result):
     bare = make_result(feed_curves=(), hold_curves=(), waveforms=(), period_mm=None)
     assert [figure.name for figure in illustrations(bare, UM)] == ["summary", "positioning", "residual"]
