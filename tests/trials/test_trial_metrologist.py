@@ -6,6 +6,7 @@ import io
 import json
 
 import numpy as np
+import openpyxl
 import pytest
 from iso230_oracle import oracle_figures
 from vdi3441_oracle import oracle_vdi
@@ -83,7 +84,6 @@ def test_before_and_after_on_one_sheet(rtec, tests):
 
 
 def test_a_workbook_asks_which_sheet(typed, tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
     axes = {"Y-Achse": (3.0, 4), "Z-Achse": (8.0, 5)}
     book = openpyxl.Workbook()
     book.remove(book.active)

@@ -2,6 +2,8 @@
 
 import ast
 import re
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -21,6 +23,10 @@ LONG = {
 }
 """Modules of more than 400 lines, each with its reason."""
 MOST_BRANCHING = 8
+LIBRARIES = {"can": "python-can", "serial": "python-can"}
+"""What is imported under another name than it is installed: pyserial is an extra of python-can."""
+BROUGHT_BY_THE_USER = {"cocotb", "pytest"}
+"""Libraries for users who have them already: of rtec.cocotb and of the fixtures."""
 EXCEPTION = re.compile(r"#\s*(?:noqa|type:\s*ignore)\b.*")
 REASONED = re.compile(r"#\s*(?:noqa:(?:\s*[A-Z]+\d+,?)+|type:\s*ignore\[[\w, -]+\])\s+(?:#|-)\s*\w.*")
 
@@ -45,6 +51,14 @@ def defining_modules(room):
         for node in [*tree.body, *late]
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{package}.")
     }
+
+
+def imported(path):
+    """Top-level packages that a module imports, anywhere in it."""
+    nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
+    return {name.partition(".")[0] for name in names}
 
 
 def excepted(text):
@@ -89,6 +103,13 @@ def test_every_verb_has_one_owner():
     for verb, file, *_ in rows:
         assert file.strip("`") == f"rtec/cli/{verb.strip('`')}.py"
         assert (ROOT / file.strip("`")).is_file()
+
+
+def test_the_install_brings_every_library_that_is_imported_and_no_other():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    brought = {re.match(r"[\w-]+", one)[0] for one in project["dependencies"]}
+    wanted = set().union(*map(imported, MODULES)) - sys.stdlib_module_names - {"rtec", "firmware_model"}
+    assert {LIBRARIES.get(name, name) for name in wanted - BROUGHT_BY_THE_USER} == brought
 
 
 def test_a_module_has_at_most_400_lines_or_a_reason():
