@@ -1,8 +1,6 @@
 """rtec compare: what it prints and writes, and what it refuses."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -192,16 +190,3 @@ def test_strange_names_in_a_file_do_no_harm(here, capsys):
 def test_a_bare_number_of_counts_is_one(here, capsys):
     assert main(["compare", "z.csv", "--counts-per-rev", "1e3.5"]) == 2
     assert capsys.readouterr().err.startswith("rtec: --counts-per-rev: '1e3.5'")
-
-
-def test_help_loads_nothing_heavy():
-    verbs = ("compare", "diagnose", "add", "effects", "blind")
-    script = (
-        "import sys; from rtec.cli import main;"
-        f"codes = [main([verb, '--help']) for verb in {verbs}];"
-        "heavy = ('numba', 'numpy', 'scipy', 'lmfit', 'pint', 'matplotlib', 'jinja2');"
-        "print(codes, [m for m in heavy if m in sys.modules], file=sys.stderr)"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stderr == f"{[0] * len(verbs)} []\n"
-    assert done.stdout.count("Example: rtec") == 3 * len(verbs)
