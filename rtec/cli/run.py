@@ -14,7 +14,7 @@ from rtec.units import LENGTH
 
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
-    from rtec.report.illustrations import Illustration
+    from rtec.report.drawn import Illustration
     from rtec.study.results import StudyResult
 
 _DONE = 0

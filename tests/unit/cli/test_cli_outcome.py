@@ -164,15 +164,19 @@ OF_THE_COMPILER = ("llvmlite", "numba", "numpy", "scipy")
         pytest.param([["nonsense"], ["simulate", "--design", "q"], ["run", "--repeatability", "1"]], (), id="errors"),
         pytest.param([["tables", "--design", "c"]], (), id="tables"),
         pytest.param([["docs"], ["docs", "tutorial"]], (), id="docs"),
+        pytest.param([["iso230", "readings.csv"]], ("numpy",), id="iso230"),
         pytest.param([GOOD], OF_THE_COMPILER, id="simulate"),
     ],
 )
-def test_nothing_heavy_is_loaded_that_is_not_needed(lines, needed):
+def test_nothing_heavy_is_loaded_that_is_not_needed(tmp_path, lines, needed):
+    readings = [f"{run},{way},{x},{x % 7}" for run in range(5) for way in (1, -1) for x in range(0, 50, 10)]
+    (tmp_path / "readings.csv").write_text("\n".join(["run,direction,target_mm,deviation_um", *readings]))
     script = (
         f"import sys; from rtec.cli import main\nfor line in {lines}: main(line)\n"
         f"print([m for m in {HEAVY} if m in sys.modules], file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    words, env = [sys.executable, "-c", script], os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=tmp_path, env=env)
     assert ast.literal_eval(done.stderr.splitlines()[-1]) == [name for name in HEAVY if name in needed]
 
 

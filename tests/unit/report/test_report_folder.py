@@ -14,8 +14,8 @@ from rtec.errors import OutputError
 from rtec.machine import Ending
 from rtec.metrology import AxisFacts, read_measurement
 from rtec.report import folder as folder_module
+from rtec.report.drawn import Illustration
 from rtec.report.folder import write_report
-from rtec.report.illustrations import Illustration
 
 HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"
 XHTML = "{http://www.w3.org/1999/xhtml}"

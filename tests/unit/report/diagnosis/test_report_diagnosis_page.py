@@ -13,7 +13,7 @@ import pytest
 from rtec.errors import OutputError
 from rtec.inference.results import Experiment, Unknown, Verdict
 from rtec.report.diagnosis import folder as folder_module, verdict_sentence, write_comparison, write_diagnosis
-from rtec.report.illustrations import Illustration
+from rtec.report.drawn import Illustration
 
 HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"
 XHTML = "{http://www.w3.org/1999/xhtml}"
