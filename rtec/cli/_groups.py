@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperGroup
 from typer.models import ParameterInfo
 
-from rtec.cli._parameters import Verb
+from rtec.cli._verb import Verb
 
 EXAMPLE = "Example: "
 _NARROW = 70

@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from rtec import __version__
 from rtec.cli._groups import verbs_under
-from rtec.cli._parameters import read_quickly
+from rtec.cli._verb import read_quickly
 from rtec.errors import RtecError, nearest
 
 VERBS = {

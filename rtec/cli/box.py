@@ -14,7 +14,8 @@ import typer
 from rtec.cli import _live
 from rtec.cli._console import announce_compilation, note, print_json
 from rtec.cli._live import MACHINE, TIMES
-from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, said, whole, works
+from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, whole, works
+from rtec.cli._verb import said
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:

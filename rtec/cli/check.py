@@ -24,13 +24,13 @@ from rtec.cli._parameters import (
     option,
     processor,
     quantity,
-    said,
     share,
     time_ps,
     whole,
     word,
     written,
 )
+from rtec.cli._verb import said
 from rtec.cli._words import PROCESSORS, completing, files_ending
 from rtec.io import FIGURES
 from rtec.units import FREQUENCY, SWEEP

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._parameters import design, force, option, said, time_ps, whole, written
+from rtec.cli._parameters import design, force, option, time_ps, whole, written
+from rtec.cli._verb import said
 from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError
 from rtec.io import check_file, write_text
