@@ -150,7 +150,7 @@ class Periodic(Effect):
         return [v for v in families if v.period == whole and v.harmonics >= part]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves a stretch at a time."""
+        """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by the stretch."""
         if not all(_waves(shape).is_one_wave for shape in shapes):
             return super().scan(conditions, shapes)
         waves = np.empty((len(shapes), 2, conditions.rows))
