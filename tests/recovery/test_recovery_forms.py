@@ -11,7 +11,7 @@ from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.inference.diagnose import diagnose
 from rtec.inference.results import Verdict
-from tests.recovery.rounds import two_rounds
+from tools.rounds import two_rounds
 
 TURN = PLANS["turn"]
 SURE = (Verdict.NAMED, Verdict.LIKELY)

@@ -8,7 +8,7 @@ import pytest
 
 from rtec.blind.answer import Answer
 from rtec.blind.scored import wilson
-from tests.recovery.rounds import BAR, Rounds, page, played, rows, the_pairs
+from tools.rounds import BAR, Rounds, page, played, rows, the_pairs
 
 PAGE = Path(__file__).parents[2] / "docs" / "rounds.md"
 PAIRS = the_pairs()

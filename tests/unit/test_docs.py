@@ -71,7 +71,7 @@ def test_links_lead_somewhere(page):
 @pytest.mark.parametrize("page", PAGES, ids=identity)
 def test_paths_exist(page):
     for span in code_spans(page):
-        if re.fullmatch(r"(?:rtec|tests|docs|\.ci)/[\w./*-]*", span) and "*" not in span:
+        if re.fullmatch(r"(?:rtec|tests|benchmarks|tools|docs|\.ci)/[\w./*-]*", span) and "*" not in span:
             assert (ROOT / span).exists(), f"{identity(page)}: {span}"
 
 

@@ -121,10 +121,10 @@ def test_what_a_reason_is(comment, sound):
 
 
 def test_what_a_check_passes_over_has_its_reason():
-    sources = [*MODULES, *(ROOT / "tests").rglob("*.py")]
+    other = [path for folder in ("tests", "benchmarks", "tools") for path in (ROOT / folder).rglob("*.py")]
     bare = {
         name_of(path): [one for one in excepted(path.read_text(encoding="utf-8")) if not REASONED.fullmatch(one)]
-        for path in sources
+        for path in MODULES + other
         if path != Path(__file__).resolve()
     }
     assert not {name: comments for name, comments in bare.items() if comments}

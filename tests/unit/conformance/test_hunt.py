@@ -18,8 +18,8 @@ from rtec.conformance.suite import TRIES
 from rtec.conformance.trials import Trials
 from rtec.examples import designs, mutants
 from rtec.injector import Design
-from tests.mutants import designs as mutants_designs
 from tests.played import InProcess, Wires
+from tools.mutants import designs as mutants_designs
 
 MUTANTS = mutants_designs()
 RIGHT = {design.value: kind for design in Design for kind in [getattr(designs, design.value.capitalize())]}

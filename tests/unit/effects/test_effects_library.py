@@ -19,7 +19,7 @@ from rtec.effects.run_offset import MOST_RUNS
 from rtec.effects.thermal_growth import GrowthShape
 from rtec.effects.windup import WindupShape
 from rtec.errors import ArgumentError
-from tests.look_alikes import page
+from tools.look_alikes import page
 
 ROOT = Path(__file__).parents[3]
 NAMES = (
