@@ -10,10 +10,28 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rtec.cli._outcome import exit_code
 
-__all__ = ["main"]
+if TYPE_CHECKING:
+    from typer import Typer
+
+__all__ = ["application", "main"]
+
+
+def application() -> Typer:
+    """Return the command line with all its verbs, for what reads their options and help: tests, pages, completion.
+
+    Examples
+    --------
+    >>> import typer
+    >>> "simulate" in typer.main.get_command(application()).commands
+    True
+    """
+    from rtec.cli import _verbs  # loads typer and every verb
+
+    return _verbs.application()
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -13,8 +13,7 @@ import typer
 
 import rtec.report.folder
 import rtec.study
-from rtec.cli import main
-from rtec.cli._verbs import application
+from rtec.cli import application, main
 from rtec.metrology import ExperimentPlan, Reading
 from rtec.metrology.experiment_file import KEYS, experiment_lines
 from rtec.report.diagnosis import diagnosis_document
