@@ -164,8 +164,3 @@ def test_the_effects_are_named_and_what_changed(typed, tests):
     assert outcomes["backlash", "backlash"] == "differs"
     assert outcomes["scale", "scale"] == "gone"
     assert outcomes["cyclic", "amplitude_1"] == "same"
-
-
-def test_two_files_alone_compare_no_effects(typed, tests):
-    said = " ".join(typed("compare", "before.csv", "after.csv").stdout.split())
-    assert "no effect to compare; 'rtec diagnose' looks for effects in each" in said
