@@ -8,7 +8,7 @@ import pytest
 from rtec.blind import kept_answers, lines as published
 from rtec.blind.answer import Rule
 from rtec.blind.line import Line
-from rtec.blind.scenario import Scenario
+from rtec.blind.scenario import Scenario, scenario_of
 from rtec.blind.sealing import reveal
 from rtec.cli import main
 from rtec.errors import OutputError
@@ -34,6 +34,12 @@ def test_a_game_is_sealed_and_opened(here, said, answer):
     assert all(name in out for name in names)
     document = answer("reveal", "data.csv")
     assert ([effect["name"] for effect in document["effects"]], document["seed"]) == (list(names), 7)
+
+
+def test_a_game_with_nothing_in_it_says_so(here, said):
+    seed = next(seed for seed in range(1000) if not scenario_of(seed).names)
+    assert said("new", "--seed", seed, "-o", "data.csv")[0] == 0
+    assert "Nothing is hidden" in said("reveal", "data.csv")[1]
 
 
 def test_nothing_is_overwritten_without_force(here, said, refused):

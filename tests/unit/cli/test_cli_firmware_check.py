@@ -126,6 +126,7 @@ def test_a_program_that_never_answers_has_no_figure(tmp_path, said):
     assert "not written" in err
     assert "between 0000h and 0000h" in found["checks"][1]["detail"]
     assert [check["passed"] for check in found["checks"]] == [True, False, None, None]
+    assert "at 0000h" in said("check", file, "--design", "c")[1]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from rtec.cli import main
 from rtec.report.diagnosis import verdict_sentence
-from rtec.study import read_study, run_study
+from rtec.study import builtin_text, read_study, run_study
 
 STUDY = """
 name = "short"
@@ -126,6 +126,16 @@ def test_what_a_model_file_loses_as_a_predictor_is_warned_of(study, capsys):
     with_model(study, "m.toml")
     assert main(["run", "short.toml", "-o", "out"]) == 0
     assert "the predictor does without drift: it changes with time" in capsys.readouterr().err
+
+
+def test_the_builtin_study_is_written_to_be_changed_and_over_nothing(study, capsys):
+    file = study.parent / "mine.toml"
+    assert main(["run", "--write-study", str(file)]) == 0
+    assert file.read_text() == builtin_text()
+    file.write_text("# mine\n")
+    assert main(["run", "--write-study", str(file)]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert file.read_text() == "# mine\n"
 
 
 def test_a_model_that_is_none_is_one_line(study, capsys):

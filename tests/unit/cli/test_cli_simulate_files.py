@@ -41,6 +41,13 @@ def test_state_in_which_nothing_begins(said, tmp_path):
     assert (code, err, file.exists()) == (0, "", True)
 
 
+def test_nothing_inserted_nothing_drawn(said, tmp_path):
+    file = tmp_path / "f.png"
+    code, _, err = said(*SLOW, "--timing", "8051", "--frequency", "200kHz", "--figure", file)
+    assert (code, file.exists()) == (1, False)
+    assert err == f"rtec: {file} not written: the box has inserted nothing\n"
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [

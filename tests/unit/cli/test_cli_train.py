@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rtec.cli import main
+from rtec.errors import ArgumentError
 from rtec.inference.static_predictor import predictor_of_file
 from rtec.predictors import read_predictor
 from rtec.study.definition import read_study
@@ -114,6 +115,12 @@ def test_bad_input_is_one_line_and_exit_code_2(files, monkeypatch, capsys, words
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert part in error
     assert not (files / "x.toml").exists()
+
+
+def test_caution_with_a_model_of_a_diagnosis_is_refused(tmp_path):
+    (tmp_path / "m.toml").write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "12 um"\n')
+    with pytest.raises(ArgumentError, match="without an interval"):
+        predictor_of_file(tmp_path / "m.toml", 0.0, 80.0, cautious=True)
 
 
 def test_a_file_that_exists_is_not_written_over(files, capsys):
