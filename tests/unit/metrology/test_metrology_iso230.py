@@ -3,12 +3,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from iso230_oracle import oracle_figures
 
 from rtec.cli import main
-from rtec.cli._groups import taken_apart
-from rtec.cli.iso230 import iso230
 from rtec.errors import ArgumentError
 from rtec.metrology import (
     Coordinate,
@@ -286,10 +283,6 @@ def test_direction_of_a_real_stage_follows_from_its_motion(tmp_path):
     file.write_text("\n".join([lines[0], *(",".join(line.split(",")[2:]) for line in lines[1:])]))
     with_column = read_measurement(SHARED / "stage_x.csv").to_readings()
     np.testing.assert_array_equal(read_measurement(file).to_readings().direction, with_column.direction)
-
-
-app = typer.Typer()
-app.command()(taken_apart(iso230))
 
 
 KEYS = {
