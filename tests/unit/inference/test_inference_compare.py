@@ -225,3 +225,17 @@ def test_the_held_out_file_must_have_the_columns_too():
     heat = {"temperature": np.linspace(20.0, 25.0, 210)}
     with pytest.raises(ArgumentError, match=r"thermal_growth.*other\.csv can show.*no temperature column"):
         compare(measured(temperatures=heat), model(term("thermal_growth")), replace(measured(), source="other.csv"))
+
+
+@pytest.mark.parametrize(
+    ("broken", "reason"),
+    [(term("servo_lag"), "velocity"), (term("acceleration_lag", 0.001), "moving")],
+)
+def test_effects_without_a_column_are_refused_with_the_reason(broken, reason):
+    with pytest.raises(ArgumentError, match=rf"model: the effect {broken.name}.*z\.csv can show.*{reason}"):
+        compare(measured(), model(broken))
+
+
+def test_nothing_left_goes_with_nothing():
+    data = measured()
+    assert {where.share for where in residual_by(data, np.zeros(data.rows))} == {0.0}

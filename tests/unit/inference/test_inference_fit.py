@@ -305,3 +305,8 @@ def test_an_effect_that_the_data_show_nothing_of_has_no_error():
     judge = Judge(Space(measured(TILTED, runs=1)))
     terms, _ = fitted_terms(judge, judge.score([(step, step.shape_type(1e6))]))
     assert (terms[0].amplitudes, terms[0].errors) == ((0.0,), (0.0,))
+
+
+def test_a_term_that_is_not_fitted_is_named():
+    with pytest.raises(ValueError, match="backlash is not fitted"):
+        Term(effect=BACKLASH, shape=Shape()).component(measured())

@@ -260,6 +260,20 @@ def test_a_written_model_is_read_by_any_toml_reader_and_by_people(tmp_path):
     }
 
 
+def test_a_term_without_shape_stays_open(tmp_path):
+    file = tmp_path / "m.toml"
+    write_model(file, Model(observe="deviation", units=UNITS, terms=(Term(effect=effect_named("cyclic")),)))
+    assert read_model(file).terms[0].shape is None
+
+
+@pytest.mark.parametrize("name", ["refraction", "quantisation"])
+def test_a_share_has_no_unit(tmp_path, name):
+    effect = effect_named(name)
+    term = Term(effect=effect, shape=effect.shape_type(), amplitudes=(1 / 3,), errors=(2 / 3,))
+    write_model(tmp_path / "m.toml", Model(observe="deviation", units=UNITS, terms=(term,)))
+    assert read_model(tmp_path / "m.toml").terms == (term,)
+
+
 def test_errors_that_are_no_numbers_are_left_out_and_values_that_are_none_refused(tmp_path):
     file = tmp_path / "m.toml"
     backlash = effect_named("backlash")
