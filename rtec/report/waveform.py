@@ -13,7 +13,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Totals
 from rtec.injector.waves import counts_along, insertions
 from rtec.report.figures_style import new_figure
-from rtec.report.palette import ALARM, INK, REVERSE_LINE, STATE, STATE_EDGE
+from rtec.report.palette import ALARM, FORWARD, INK, REVERSE_LINE, STATE, STATE_EDGE
 from rtec.signal import EdgeStream, states_of_levels
 from rtec.units import PS_PER, PS_PER_S, symbol
 
@@ -238,7 +238,7 @@ def shade(axes: Axes, view: View, begin_ps: int, end_ps: int, low: float, high: 
         return
     pad = 0.004 * (view.x(view.stop_ps) - view.x(view.start_ps))
     span = (view.x(max(begin_ps, view.start_ps)) - pad, view.x(min(end_ps, view.stop_ps)) + pad)
-    axes.fill_between(span, low, high, color=ALARM, alpha=_SHADE, linewidth=0, zorder=3)
+    axes.fill_between(span, low, high, color=FORWARD, alpha=_SHADE, linewidth=0, zorder=3)
 
 
 def _mark(axes: Axes, view: View, t_ps: int, word: str, index: int) -> None:
