@@ -10,6 +10,7 @@ import statistics
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import rtec.examples.designs as right_ones
 from rtec.conformance.contract import Contract
@@ -17,7 +18,7 @@ from rtec.conformance.hunt import hunt
 from rtec.conformance.python_class import PythonClass
 from rtec.conformance.suite import TRIES, check_algorithm
 from rtec.conformance.trials import Run, Trials
-from rtec.examples import mutants
+from rtec.examples import late_mutants, mutants
 from rtec.injector import Design
 from rtec.report.rendering import markdown_page
 
@@ -31,18 +32,16 @@ class Row:
     """What was seen of a mutant."""
 
     name: str
-    wrong: str
-    checks: list[str]
     guided: list[int | None]
     at_random: list[int | None]
     shortest: str
 
 
-def designs() -> dict[str, Design]:
-    """Return the design of each mutant by its name."""
+def designs_of(module: ModuleType) -> dict[str, Design]:
+    """Return the design of each mutant in a module by its name."""
     found = {}
-    for name, kind in vars(mutants).items():
-        if isinstance(kind, type) and kind.__module__ == mutants.__name__:
+    for name, kind in vars(module).items():
+        if isinstance(kind, type) and kind.__module__ == module.__name__ and not name.startswith("_"):
             base = next(b for b in kind.__mro__ if b.__module__ == right_ones.__name__)
             found[name] = Design.named(base.__name__.lower())
     return found
@@ -55,19 +54,24 @@ def hunted(algorithm: PythonClass, contract: Contract, seed: int, at_random: flo
     return hunt(trials, tries=TRIES, seed=seed, at_random=at_random)
 
 
+def checked(module: ModuleType, name: str, design: Design) -> tuple[str, str, str]:
+    """Hold a mutant to the contract; return a row of the page: its name, what is wrong, and which checks find it."""
+    wrong = (inspect.getdoc(getattr(module, name)) or "").splitlines()[0]
+    with PythonClass(Path(str(module.__file__)), name) as algorithm:
+        verdict = check_algorithm(algorithm, Contract.of(design))
+    return f"`{name}`", wrong, ", ".join(check.name for check in verdict.checks if check.passed is False)
+
+
 def seen(name: str, design: Design) -> Row:
-    """Hold a mutant to the contract and hunt it."""
+    """Hunt a mutant."""
     contract = Contract.of(design)
     with PythonClass(FILE, name) as algorithm:
-        checks = [check.name for check in check_algorithm(algorithm, contract).checks if check.passed is False]
         guided = [hunted(algorithm, contract, seed, 0.1) for seed in SEEDS]
         at_random = [hunted(algorithm, contract, seed, 1.0) for seed in SEEDS]
     found = [worst for worst, _ in guided if worst is not None]
     shortest = min(found, key=lambda run: (len(run.case.stream), len(str(run.case.stream))), default=None)
     return Row(
         name=name,
-        wrong=(inspect.getdoc(getattr(mutants, name)) or "").splitlines()[0],
-        checks=checks,
         guided=[made if worst else None for worst, made in guided],
         at_random=[made if worst else None for worst, made in at_random],
         shortest="" if shortest is None else str(shortest.case.stream),
@@ -86,16 +90,22 @@ def average(rows: list[list[int | None]]) -> str:
     return f"median {statistics.median(made):g}, mean {statistics.mean(made):.0f} runs, {missed} of {len(made)} miss"
 
 
-def page(rows: list[Row]) -> str:
+def page(rows: list[Row], checks: list[tuple[str, str, str]], late: list[tuple[str, str, str]]) -> str:
     """Return the page."""
-    names = [f"`{row.name}`" for row in rows]
     return markdown_page(
         TEMPLATE,
         tries=TRIES,
-        checks=[(name, row.wrong, ", ".join(row.checks)) for name, row in zip(names, rows, strict=True)],
+        checks=checks,
+        late=late,
         hunts=[
-            (name, said(row.guided), said(row.at_random), len(row.shortest.split()) - 2, f"`{row.shortest}`")
-            for name, row in zip(names, rows, strict=True)
+            (
+                f"`{row.name}`",
+                said(row.guided),
+                said(row.at_random),
+                len(row.shortest.split()) - 2,
+                f"`{row.shortest}`",
+            )
+            for row in rows
         ],
         guided=average([row.guided for row in rows]),
         at_random=average([row.at_random for row in rows]),
@@ -104,11 +114,12 @@ def page(rows: list[Row]) -> str:
 
 def main() -> None:
     """Print the page."""
-    rows = []
-    for name, design in designs().items():
-        sys.stderr.write(f"{name}\n")
-        rows.append(seen(name, design))
-    sys.stdout.write(page(rows))
+    rows = [seen(name, design) for name, design in designs_of(mutants).items()]
+    checks, late = (
+        [checked(module, name, design) for name, design in designs_of(module).items()]
+        for module in (mutants, late_mutants)
+    )
+    sys.stdout.write(page(rows, checks, late))
 
 
 if __name__ == "__main__":

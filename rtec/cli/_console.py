@@ -11,6 +11,8 @@ from typing import Any, Protocol
 COMPILING = "compiling the simulation for this machine, once (about a minute) ..."
 _PATIENCE_S = 1.0
 """Work shorter than this shows no progress."""
+_LINE_S = 30.0
+"""Where there is no terminal, a line comes so often."""
 
 
 def print_json(document: Mapping[str, object]) -> None:
@@ -55,8 +57,15 @@ class Show(Protocol):
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Show]:
+def progress(label: str, *, lines: str | None = None) -> Iterator[Show]:
     """Show the share done of long work on stderr where that is a terminal.
+
+    Parameters
+    ----------
+    label
+        Of the work.
+    lines
+        Where stderr is no terminal, a line is written every half minute, with this behind it; None for no line.
 
     Yields
     ------
@@ -64,7 +73,7 @@ def progress(label: str) -> Iterator[Show]:
         To be called now and then with the share done, 0..1, and what is being done where that changes.
     """
     if not sys.stderr.isatty():
-        yield lambda share, what="": None
+        yield (lambda share, what="": None) if lines is None else _by_lines(label, lines)
         return
     begun = time.monotonic()
     shown: list[tuple[Any, Any]] = []
@@ -85,3 +94,17 @@ def progress(label: str) -> Iterator[Show]:
     finally:
         for bar, _ in shown:
             bar.stop()
+
+
+def _by_lines(label: str, more: str) -> Show:
+    """Return what writes a line on stderr now and then."""
+    begun = last = time.monotonic()
+
+    def show(share: float, what: str = "") -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= _LINE_S:
+            last = now
+            note(f"{label}{f': {what}' if what else ''}: {share:.0%} after {now - begun:.0f} s{more}")
+
+    return show

@@ -2,7 +2,7 @@
 
 from rtec.injector.box import Injector, InjectorSettings, Insertions, RealEdges
 from rtec.injector.design import Design, DesignRow
-from rtec.injector.protocol import Algorithm, Break, Response, Stimulus, Totals
+from rtec.injector.protocol import Algorithm, Break, Reach, Response, Stimulus, Totals
 from rtec.injector.timing import Processor, Timing
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "InjectorSettings",
     "Insertions",
     "Processor",
+    "Reach",
     "RealEdges",
     "Response",
     "Stimulus",
