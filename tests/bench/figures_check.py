@@ -36,6 +36,15 @@ def check(setting: Setting) -> Iterator[Figure]:
                 "The same on a fresh machine, where everything is compiled first",
                 [_broken(folder, NUMBA_CACHE_DIR=cache)], None, _WORDS, prefix="NUMBA_CACHE_DIR=$(mktemp -d) ",
             )  # fmt: skip
+        words = ("check", str(_EXAMPLES / "designs.py:C"), "--design", "c")
+        right = measure([rtec(), *words], folder)
+        yield Figure(
+            what="A right Python design, all checks, processor time",
+            measured=f"{right.cpu_s:.1f} s",
+            value=right.cpu_s,
+            bar=Bar(value=60.0, unit="s", at_most=True),
+            command="rtec check rtec/examples/designs.py:C --design c",
+        )
         for design in ("original", "a", "b", "c"):
             words = ("check", design)
             yield _verdict(f"Design {design}, all checks", [measure([rtec(), *words], folder)], None, words)

@@ -40,6 +40,18 @@ def test_progress_on_a_terminal_after_a_while(monkeypatch):
     assert "slow work" in terminal.getvalue()
 
 
+def test_lines_now_and_then_where_there_is_no_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(_console.sys.stderr, "isatty", lambda: False, raising=False)
+    seconds = iter([0.0, 10.0, 31.0, 40.0, 70.0])
+    monkeypatch.setattr(_console.time, "monotonic", lambda: next(seconds))
+    with _console.progress("check", lines="; Verilator is faster") as show:
+        for share in (0.1, 0.2, 0.3, 0.4):
+            show(share)
+    assert capsys.readouterr().err == (
+        "rtec: check: 20% after 31 s; Verilator is faster\nrtec: check: 40% after 70 s; Verilator is faster\n"
+    )
+
+
 def test_no_progress_in_a_file(monkeypatch, capsys):
     monkeypatch.setattr(_console, "_PATIENCE_S", -1.0)
     with _console.progress("slow work") as show:
