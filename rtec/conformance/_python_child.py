@@ -75,8 +75,8 @@ def run(  # noqa: C901, PLR0912, PLR0915 - one loop, compiled and plain, calls n
             return made, booked, no, first, TOTAL, t_ps, new_total
         if wake_ps != 0 and wake_ps <= t_ps:
             return made, booked, no, first, TWICE, t_ps, wake_ps
-        if calls > _MOST_CALLS and t_ps < calls * _SOONEST_PS:
-            return made, booked, no, first, TOO_OFTEN, t_ps, t_ps // calls
+        if calls > _MOST_CALLS and t_ps < (calls - i - k - 1) * _SOONEST_PS:
+            return made, booked, no, first, TOO_OFTEN, t_ps, calls
         if made == len(out_ps) or booked == len(done_ps) or no == len(refused_ps):
             return made, booked, no, first, FULL, t_ps, 0
         if t_ps == 0:
@@ -198,7 +198,7 @@ class Player:
             TWICE: f"step returned wake_ps = {value}, which is not after its own time {t_ps} ps; 0 stands for none",
             LEVELS: f"step returned levels {value}; A + 2 * B is 0 to 3",
             TOTAL: f"step returned completed = {value}; totals stay below 2^31",
-            TOO_OFTEN: f"asks to be called more than {_MOST_CALLS} times in one run, every {value} ps",
+            TOO_OFTEN: f"asks to be called more than {_MOST_CALLS} times in one run, sooner than every 10 ns",
         }.get(how, "")
         return (
             changes[0, :made], changes[1, :made].astype(np.uint8), changes[2, :booked], changes[3, :booked],

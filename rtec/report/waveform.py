@@ -108,7 +108,8 @@ def waveform(
     axes = figure.add_subplot()
     low, high = draw_groups(axes, view, groups)["controller"]
     axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
-    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=start_ps):
+    booked_ps = completed.times_ps[completed.times_ps <= start_ps].max(initial=0)
+    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=int(booked_ps)):
         shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
     for index, (t_ps, word) in enumerate(marks):
         _mark(axes, view, t_ps, word, index)
