@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from rtec.conformance._stream_kernels import first_impossible
 from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
-from rtec.io import read_any_text
+from rtec.io import read_text
 from rtec.readable import hertz_text
 from rtec.signal import EdgeStream
 from rtec.units import PS_PER
@@ -129,10 +129,10 @@ class Stream:
         """
         if said.split(maxsplit=1)[:1] and said.split(maxsplit=1)[0] in STATES:
             return cls.read(said)
-        if not Path(said).exists():
+        if not os.path.exists(said):  # Path would raise where a name is too long
             allowed = "a state and events, as in '00 1us:+ 3us:end', or a file with them"
             raise ArgumentError("stream", repr(said[:40]), allowed)
-        return cls.read(read_any_text(Path(said))[0])
+        return cls.read(read_text(said, "a stream", most_bytes=LONGEST_TEXT, may_be_empty=True))
 
     def __str__(self) -> str:
         events = [(t, 1, "+" if move > 0 else "-") for t, move in _pairs(self.edges_ps, self.moves)]
