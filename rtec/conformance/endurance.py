@@ -316,9 +316,10 @@ def jumping(trials: Trials) -> Iterator[Level]:
                     yield case
                 else:
                     at_ps = first_ps + (most + 1) * trials.settle_ps
-                    again_ps = at_ps + (2 * most + 1) * trials.settle_ps
-                    over = once.asking((first_ps, sign * most), (at_ps, -sign * most), (again_ps, 0))
-                    yield trials.case(f"jumps of the request to {sign * most:+d}, {-sign * most:+d} and 0", over)
+                    # the last of them is the one that may be refused
+                    for then in (-sign * most, 0):
+                        over = once.asking((first_ps, sign * most), (at_ps, then))
+                        yield trials.case(f"jumps of the request to {sign * most:+d} and {then:+d}", over)
 
         yield Level(depth=most, cases=cases(), work=float(most))
 
