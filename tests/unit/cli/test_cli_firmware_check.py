@@ -87,7 +87,7 @@ def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
     assert "exists" in err
     code, out, _ = said(capsys, *words[:-2], "--force")  # the picture again
     assert code == 0
-    assert "passed: 24 points hold" in out
+    assert "passed: 28 points hold" in out
     assert "slowest insertion" in out
     assert "Data sheet" in out
 
