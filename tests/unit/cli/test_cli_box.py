@@ -152,7 +152,7 @@ def test_two_terminals(child):
     pc.wait_for("every axis is homed and corrected")
     box.wait_for("corrections follow the PC's requests")
     pc.end(signal.SIGKILL)
-    box.wait_for("stopped for good, hold contact open: nothing was heard from the PC")
+    box.wait_for("stopped for good, hold contact open: no valid request from the PC")
     refused = child("pc", *line)
     refused.wait_for("start with --reset")
     assert refused.process.wait(PATIENCE_S) == 1
