@@ -120,9 +120,9 @@ def box(
     with ExitStack() as stack:
         near = None
         if interface is None:
-            from rtec.link.pseudo_terminal import Line
+            from rtec.link.pseudo_terminal import SLCAN_OPENS, Line
 
-            near = stack.enter_context(Line(name=bus.line)).near
+            near = stack.enter_context(Line(name=bus.line, opened_by=SLCAN_OPENS)).near
         transport = stack.enter_context(_live.logged(bus.open(near), log, force))
         alike = said(context, "axis", "axes", "design", "count_mm", "window_steps", "cycle_ps")
         command = shlex.join(["rtec", "pc", *bus.words(), *alike])

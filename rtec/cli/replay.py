@@ -67,9 +67,9 @@ def replay(
         if interface is None and role is Role.PC:
             end = bus.line_of_box(start_up_s)
         elif interface is None:
-            from rtec.link.pseudo_terminal import Line
+            from rtec.link.pseudo_terminal import SLCAN_OPENS, Line
 
-            end = stack.enter_context(Line(name=bus.line)).near
+            end = stack.enter_context(Line(name=bus.line, opened_by=SLCAN_OPENS)).near
         transport = stack.enter_context(bus.open(end))
         if role is Role.BOX:
             for line in bus.ways_in(" ".join(["rtec", "pc", *bus.words()])):
