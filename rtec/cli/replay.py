@@ -100,6 +100,9 @@ def _tell(run: ReplayRun) -> None:
     if not run.met:
         console.print(f"nothing was played: no {node} answered", style="bold red")
         return
+    if run.stale:
+        console.print(f"nothing was played: the {node} is not as that of the log", style="bold red")
+        return
     console.print(
         f"{len(run.late_ps)} frames of the {played} played in {run.run_s:.1f} s; "
         f"the {node} said {compared.said} frames where the log holds {compared.logged}",

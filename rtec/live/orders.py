@@ -155,7 +155,10 @@ def carry_out(order: Order, stations: Sequence[Station]) -> None:
         view = station.view
         if order.word is Word.GO and view.held and not view.homing:
             raise ArgumentError(
-                "go", f"axis {station.settings.axis}", "order 'home' first", problem="cannot move: the machine is held"
+                "go",
+                f"axis {station.settings.axis}",
+                "order 'home' first",
+                problem="cannot move: the machine is held",
             )
     for station in meant:
         order.act(station)

@@ -42,23 +42,25 @@ def why_refused(frame: Frame, axis: int, before: tuple[int, ...], after: tuple[i
     >>> why_refused(Frame(identifier=0x182, data=bytes(8)), 1, (), ()) is None
     True
     """
-    place = frame.identifier & layout.AXIS_BITS
-    kind = frame.identifier - place
+    kind = frame.identifier & ~layout.AXIS_BITS
     if frame.extended:
         return "29-bit identifier"
-    if frame.identifier == layout.HOLD:
-        return None
-    if kind not in layout.KINDS_OF_AXIS:
+    if frame.identifier != layout.HOLD and kind not in layout.KINDS_OF_AXIS:
         return _WORDS["foreign"]
-    if place != axis:
-        return f"for axis {place}" if kind == layout.REQUEST else None
-    if len(frame.data) != PAYLOAD_BYTES:
-        return f"{len(frame.data)} bytes instead of {PAYLOAD_BYTES}"
+    if kind != layout.REQUEST or frame.identifier & layout.AXIS_BITS == axis:
+        return _why_of_own(frame, axis, before, after)
+    return f"for axis {frame.identifier & layout.AXIS_BITS}"
+
+
+def _why_of_own(frame: Frame, axis: int, before: tuple[int, ...], after: tuple[int, ...]) -> str | None:
+    """Return why, of a frame that is not a request for another axis."""
     for words, earlier, later in zip(_WORDS.values(), before, after, strict=True):
         if later > earlier:
             return words
-    if kind != layout.REQUEST:
+    if frame.identifier != layout.REQUEST + axis:
         return None
+    if len(frame.data) != PAYLOAD_BYTES:
+        return f"{len(frame.data)} bytes instead of {PAYLOAD_BYTES}"
     flags = layout.field(frame.payload, *layout.REQUEST_FLAGS)
     if flags & layout.GO_HOME:
         return "GoHome is set"

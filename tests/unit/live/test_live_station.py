@@ -68,7 +68,7 @@ def test_go_is_refused_while_the_machine_is_held(together):
     order(pair, "fault lines-swapped", "go 30 mm")
     pair.run(2.0)
     assert pair.box.stations[0].view.alarm is not Alarm.NONE
-    with pytest.raises(ArgumentError, match="the machine is held.*home"):
+    with pytest.raises(ArgumentError, match=r"the machine is held.*home"):
         order(pair, "go 5 mm")
 
 
