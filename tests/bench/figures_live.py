@@ -61,7 +61,7 @@ def soak(setting: Setting) -> Iterator[Figure]:
         found = run_soak(SoakPlan(hours=hours))
         wall_s = time.perf_counter() - begun
     if not found.good:
-        raise WrongResultError(f"silent: {found.silent(upstream=False)}, without effect: {found.missing}")
+        raise WrongResultError(f"silent: {found.undetected()}, without effect: {found.missing}")
     yield Figure(
         what=f"{hours} h of cutting on three axes under random faults of every class",
         measured=f"{number(wall_s / 60)} min, {number(found.hours() * 3600 / wall_s)} times real time",
