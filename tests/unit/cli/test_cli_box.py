@@ -184,8 +184,8 @@ DBC = f"messages: {files('rtec.link') / 'rtec.dbc'}"
 @pytest.mark.parametrize(
     ("interface", "channel", "rate", "said"),
     [
-        (None, None, None, [HERE, f'{BUS}slcan", channel="FAR/rtec")', DBC]),
-        (None, "two", None, [HERE, f'{BUS}slcan", channel="FAR/two")', DBC]),
+        (None, None, None, [HERE, f'{BUS}slcan", channel="FAR/rtec", sleep_after_open=0)', DBC]),
+        (None, "two", None, [HERE, f'{BUS}slcan", channel="FAR/two", sleep_after_open=0)', DBC]),
         ("udp_multicast", "239.74.163.2", None, [HERE, f'{BUS}udp_multicast", channel="239.74.163.2")', DBC]),
         ("socketcan", "can0", None, [HERE, f'{BUS}socketcan", channel="can0")', DBC]),
         (
