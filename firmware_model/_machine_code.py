@@ -1,8 +1,8 @@
 """Where machine code is kept, keyed by what it is made from, and who may compile when.
 
-numba's own cache looks at the file of a kernel only, although the kernel holds code of functions from other files. Here a
-kernel's folder is named after the contents of its file and of all that this file imports, directly or not: a change
-recompiles the kernels that contain it, and no others. Copies of a package share their machine code.
+numba's own cache looks at the file of a kernel only, although the kernel holds code of functions from other files.
+Here a kernel's folder is named after the contents of its file and of all that this file imports, directly or not: a
+change recompiles the kernels that contain it, and no others. Copies of a package share their machine code.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ KEPT = 4
 """States of a file, beside the present one, whose machine code stays: of other versions and other checkouts."""
 
 LOG = logging.getLogger("rtec.machine_code")
-"""Tells when a kernel begins to compile (INFO, with ``kernel``), when it is done (also ``seconds``), and what cannot be kept."""
+"""Tells when a kernel begins to compile (with ``kernel``) and when it is done (with ``seconds``, too)."""
 
 _IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w.]+))", re.MULTILINE)
 
@@ -42,7 +42,9 @@ def imported(file: Path, root: Path) -> Iterator[Path]:
     """Yield the files below a root that a file imports at its top level."""
     for module, names, plain in _IMPORT.findall(file.read_text(encoding="utf-8")):
         place = root.joinpath(*(module or plain).split("."))
-        words = [re.split(r"\s+as\s+", name.strip())[0] for name in re.sub(r"#[^\n]*", "", names).strip("()").split(",")]
+        words = [
+            re.split(r"\s+as\s+", name.strip())[0] for name in re.sub(r"#[^\n]*", "", names).strip("()").split(",")
+        ]
         # a name that is a module needs nothing of the package it lies in
         found = [(place / word).with_suffix(".py") for word in words if word and place.is_dir()]
         yield from (path for path in found if path.is_file())
@@ -90,7 +92,7 @@ def _usable(folder: Path) -> bool:
 
 @functools.cache
 def base_folder(name: str) -> Path:
-    """Return the folder for all machine code: in ``NUMBA_CACHE_DIR``, else in the user's cache, else a temporary one."""
+    """Return the folder for machine code: in ``NUMBA_CACHE_DIR``, else in the user's cache, else a temporary one."""
     for place in (os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME"), "~/.cache"):
         with suppress(RuntimeError):  # a user without a home
             if place and _usable(folder := Path(place).expanduser() / name):
@@ -162,7 +164,8 @@ class Keeper:
         try:
             write()
         except OSError as error:
-            _warn(f"machine code cannot be kept in {self.folder.parent}: {error.strerror}; NUMBA_CACHE_DIR chooses a folder")
+            where = self.folder.parent
+            _warn(f"machine code is not kept in {where}: {error.strerror}; NUMBA_CACHE_DIR chooses a folder")
         finally:
             self._end_turn()
 

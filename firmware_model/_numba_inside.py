@@ -18,7 +18,7 @@ from firmware_model._machine_code import Keeper, Locator
 class _Cache(caching.FunctionCache):
     def __init__(self, function: FunctionType, folder: Path) -> None:
         place = {"_locator_classes": [Locator(function, folder)]}
-        self._impl_class = type("Code", (caching.CompileResultCacheImpl,), place)
+        self._impl_class: Any = type("Code", (caching.CompileResultCacheImpl,), place)
         self._keeper = Keeper(function, folder)
         super().__init__(function)
 
@@ -49,7 +49,8 @@ class _PartLibrary(codegen.JITCodeLibrary):
 
 class _PartCompiler(compiler.Compiler):
     def compile_extra(self, function: FunctionType) -> Any:
-        whole, context = super(), self.state.targetctx
+        whole: Any = super()
+        context = self.state.targetctx
         self.state.library = _PartLibrary(context.codegen(), function.__qualname__)
         self.state.flags.no_compile = True
         result = whole.compile_extra(function)
@@ -71,4 +72,5 @@ class Part(Kernel):
 
     @cached_property
     def alone(self) -> Any:  # as Python calls it
-        return Kernel(self.py_func, self._options)
+        function: Any = self.py_func
+        return Kernel(function, self._options)

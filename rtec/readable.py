@@ -218,3 +218,14 @@ def hertz_text(hertz: float, digits: int = 6) -> str:
         if hertz >= UNITS[unit].factor:
             return f"{hertz / UNITS[unit].factor:.{digits}g} {unit}"
     return f"{hertz:.{digits}g} Hz"
+
+
+def printable(text: str) -> str:
+    r"""Return text of one line without signs that cannot be shown.
+
+    Examples
+    --------
+    >>> printable("z axis\x00\ud800, 1 inch")
+    'z axis��, 1 inch'
+    """
+    return "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(text.split()))

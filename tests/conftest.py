@@ -17,8 +17,6 @@ for library in ("OPENBLAS", "OMP", "MKL"):
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-import firmware_model._jit  # noqa: E402 - after the number of threads is set
-import rtec._jit  # noqa: E402 - after the number of threads is set
 
 HERE = Path(__file__).parent
 LONG = (
@@ -53,6 +51,5 @@ def _turn_of(file):
 def no_word_of_compiling():
     """Let no command say that it compiles first: whether it does depends on which tests have run before."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (rtec._jit, firmware_model._jit):
-            patch.setattr(module, "FIRST_RUN", False)
+        patch.setattr("rtec.cli._console.LONG", {})
         yield

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model._jit import helper, step
+from firmware_model._jit import step
 from firmware_model.core import _layout as at
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
 from firmware_model.core._timer_kernels import advance, count, count_timer_2, on, ticks_of, timer_1_overflowed
@@ -49,7 +49,7 @@ def sample_timer_2(m: Bytes, h: Hidden, log: Log, fell: int, cycle: int) -> None
         request(m, h, at.T2CON, 0x40, at.TIMER_2, cycle)
 
 
-@helper
+@step
 def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Let the inputs see the levels that have stood for a cycle: edges of INT0, INT1, T0, T1, T2, T2EX."""
     if h[at.SEEN] == h[at.LEVELS] or now <= h[at.LEVELS_AT]:
@@ -75,7 +75,7 @@ def sample(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         sample_timer_2(m, h, log, fell, cycle)
 
 
-@helper
+@step
 def levels_request(m: Bytes, h: Hidden, now: int) -> None:
     """Let IE0 and IE1 follow the inverted pin where they are level-activated ("External Interrupts")."""
     for i in range(2):
@@ -90,7 +90,7 @@ def levels_request(m: Bytes, h: Hidden, now: int) -> None:
                 request(m, h, at.TCON, flag, 2 * i, cycle)
 
 
-@helper
+@step
 def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Take note of the levels at P1 and P3 from ``now`` on, after a latch or a pin has changed."""
     levels = (byte(m, at.P3) & byte(m, at.PINS + 3)) & 0x3C
@@ -111,7 +111,7 @@ def relevel(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         h[at.QUIET] = 0
 
 
-@helper
+@step
 def refresh(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Bring every flag and counter to the boundary ``now`` between two instructions."""
     sample(m, h, log, now)
@@ -119,7 +119,7 @@ def refresh(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     levels_request(m, h, now)
 
 
-@helper
+@step
 def move_pins(m: Bytes, h: Hidden, log: Log, changes: NDArray[np.int64], now: int) -> None:
     """Apply the changes of pins that are sampled in a cycle up to ``now``: rows of cycle, port, levels."""
     i = h[at.CHANGE]

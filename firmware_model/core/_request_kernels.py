@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_model._jit import helper
+from firmware_model._jit import step
 from firmware_model.core import _layout as at
 
 Bytes = NDArray[np.uint8]
@@ -13,13 +13,13 @@ Hidden = NDArray[np.int64]
 Log = NDArray[np.int64]
 
 
-@helper
+@step
 def byte(m: Bytes, place: int) -> int:
     """Return a byte as int64: uint8 would stay narrow, and mixed with others become unsigned."""
     return int(np.int64(m[place]))
 
 
-@helper
+@step
 def note(h: Hidden, log: Log, cycle: int, what: int, value: int) -> None:
     """Write a row of the log; the loop stops while there is no room."""
     i = h[at.LOGGED]
@@ -35,7 +35,7 @@ def note(h: Hidden, log: Log, cycle: int, what: int, value: int) -> None:
         h[at.DUE] = 0
 
 
-@helper
+@step
 def request(m: Bytes, h: Hidden, place: int, mask: int, source: int, cycle: int) -> None:
     """Set the flag of an interrupt; the request is as old as its first flag."""
     if m[place] & mask == 0:

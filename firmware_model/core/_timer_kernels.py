@@ -5,7 +5,7 @@ Sections named are those of the MCS-51 User's Manual (1994), chapter 3.
 
 from __future__ import annotations
 
-from firmware_model._jit import helper, step
+from firmware_model._jit import step
 from firmware_model.core import _layout as at
 from firmware_model.core._request_kernels import Bytes, Hidden, Log, byte, request
 from firmware_model.core._serial_kernels import baud_timer, clock_serial, cycle_of, received, sent
@@ -19,7 +19,7 @@ def ticks_of(h: Hidden, cycle: int) -> int:
     )  # a division by what is not constant costs ten times as much
 
 
-@helper
+@step
 def rolled(value: int, ticks: int, size: int, reload: int) -> tuple[int, int, int, int]:
     """Return the count after ``ticks``, how often it overflowed, the tick of the first overflow, and their period."""
     first = size - value
@@ -30,13 +30,13 @@ def rolled(value: int, ticks: int, size: int, reload: int) -> tuple[int, int, in
     return reload + beyond % period, 1 + beyond // period, first, period
 
 
-@helper
+@step
 def mode_of(m: Bytes, timer: int) -> int:
     """Return mode 0..3 of timer 0 or 1."""
     return (byte(m, at.TMOD) >> (4 * timer)) & 3
 
 
-@helper
+@step
 def on(m: Bytes, h: Hidden, timer: int) -> bool:
     """Tell whether timer 0 or 1 is let to count ("Timer 0 and Timer 1", figures 7 to 10)."""
     if timer == 1:
@@ -50,7 +50,7 @@ def on(m: Bytes, h: Hidden, timer: int) -> bool:
     return control & 8 == 0 or h[at.LEVELS] & (4 << timer) != 0
 
 
-@helper
+@step
 def count(m: Bytes, timer: int, ticks: int) -> tuple[int, int, int]:
     """Count timer 0 (its lower half in mode 3) or 1; return overflows, tick of the first, period."""
     mode = mode_of(m, timer)
@@ -72,7 +72,7 @@ def count(m: Bytes, timer: int, ticks: int) -> tuple[int, int, int]:
     return n, first, period
 
 
-@helper
+@step
 def timer_1_overflowed(m: Bytes, h: Hidden, log: Log, n: int, first: int, period: int) -> None:
     """Set TF1, which timer 0 owns in its mode 3, and clock the serial port."""
     if mode_of(m, 0) != 3:
@@ -81,7 +81,7 @@ def timer_1_overflowed(m: Bytes, h: Hidden, log: Log, n: int, first: int, period
     clock_serial(m, h, log, 1, n, first, period, 1, h[at.TICK])
 
 
-@helper
+@step
 def timer_2_rate(m: Bytes, h: Hidden) -> tuple[int, int]:
     """Return ticks and the cycles they take: half the oscillator as a baud-rate generator, a twelfth else."""
     if m[at.T2CON] & 0x30 != 0:
@@ -90,7 +90,7 @@ def timer_2_rate(m: Bytes, h: Hidden) -> tuple[int, int]:
     return 1, h[at.TICK]
 
 
-@helper
+@step
 def count_timer_2(m: Bytes, h: Hidden, log: Log, ticks: int, before: int, num: int, den: int) -> None:
     """Count timer 2 ("Timer 2"): capture, auto-reload or baud-rate generator; ``before`` ticks had passed."""
     control = byte(m, at.T2CON)
@@ -125,7 +125,7 @@ def count_timers_0_and_1(m: Bytes, h: Hidden, log: Log, before: int, ticks: int)
             timer_1_overflowed(m, h, log, n, before + first, period)
 
 
-@helper
+@step
 def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
     """Count the timers and shift the serial port up to ``now``."""
     since = h[at.SYNCED]
@@ -148,7 +148,7 @@ def advance(m: Bytes, h: Hidden, log: Log, now: int) -> None:
         received(m, h, h[at.RECEIVE_AT])
 
 
-@helper
+@step
 def until_overflow(m: Bytes, timer: int) -> int:
     """Return the ticks until timer 0 or 1 overflows."""
     mode = mode_of(m, timer)
@@ -158,7 +158,7 @@ def until_overflow(m: Bytes, timer: int) -> int:
     return 65536 - ((high << 8) | low) if mode == 1 else 256 - low
 
 
-@helper
+@step
 def overflow_cycle(m: Bytes, h: Hidden, timer: int, n: int) -> int:
     """Return the cycle of the n-th overflow of a timer from now, NEVER where it does not run by itself."""
     if timer == 2:
@@ -186,7 +186,7 @@ def next_serial_request(m: Bytes, h: Hidden) -> int:
     return due
 
 
-@helper
+@step
 def next_timer_request(m: Bytes, h: Hidden, enabled: int) -> int:
     """Return the earliest cycle at which a timer or the serial port will set the flag of an ``enabled`` interrupt."""
     due = at.NEVER

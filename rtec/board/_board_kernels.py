@@ -24,7 +24,7 @@ from firmware_model.core import _layout as cpu_at
 from firmware_model.core._interrupt_kernels import until
 from firmware_model.core._pin_kernels import set_pins
 from firmware_model.core._reset_kernels import reset as reset_processor
-from rtec._jit import Record, helper, kernel
+from rtec._jit import Record, kernel, step
 from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
 from rtec.injector._monitor_kernels import observe
 from rtec.signal._kernels import NEVER
@@ -88,13 +88,13 @@ BOARD = np.dtype(
 )
 
 
-@helper
+@step
 def time_of(b: Record, cycle: int) -> int:
     """Return when a cycle begins; whole multiples of ``cycle_den`` cycles are exact, so nothing drifts."""
     return int(b.origin_ps + cycle // b.cycle_den * b.cycle_num + cycle % b.cycle_den * b.cycle_num // b.cycle_den)
 
 
-@helper
+@step
 def cycle_that_sees(b: Record, t_ps: int) -> int:
     """Return the first cycle that samples its pins at or after ``t_ps``."""
     since_ps = t_ps - b.origin_ps - b.sample_ps
@@ -110,7 +110,7 @@ def cycle_that_sees(b: Record, t_ps: int) -> int:
     return int(cycle)
 
 
-@helper
+@step
 def gates(b: Record) -> int:
     """Return the levels at the controller."""
     if b.in_path == 1:
@@ -122,14 +122,14 @@ def gates(b: Record) -> int:
     return int((line | (low & 3)) & ~(low >> 2))
 
 
-@helper
+@step
 def pins_at(b: Record, line: int) -> int:
     """Return the levels that the circuits put on port 3 with the lines behind the hold latch at ``line``."""
     circuit = (line | line >> 1) & 1 if b.one_state == 1 else (line ^ line >> 1) & 1
     return int(0xC2 | b.enable_n | circuit << 2 | b.trip_n << 3 | line << 4)
 
 
-@helper
+@step
 def board_pins(b: Record, m: Bytes, h: Longs, log: Longs, cycle: int) -> None:
     """Let the processor sample the lines as they are from ``cycle`` on."""
     levels = pins_at(b, b.held if b.holding == 1 else b.ab_in)
@@ -137,13 +137,13 @@ def board_pins(b: Record, m: Bytes, h: Longs, log: Longs, cycle: int) -> None:
         set_pins(m, h, log, 3, levels, cycle)
 
 
-@helper
+@step
 def read_ps(b: Record, h: Longs) -> int:
     """Return when the read of the bus happens that the processor waits for: at the sampling of its first cycle."""
     return time_of(b, h[cpu_at.CYCLES]) + int(b.sample_ps)
 
 
-@helper
+@step
 def read_bus(b: Record, m: Bytes, h: Longs) -> None:
     """Answer a read of the external bus, all transitions until then taken: the decoder's bytes, or memory."""
     address = h[cpu_at.BUS_AT]
@@ -160,7 +160,7 @@ def read_bus(b: Record, m: Bytes, h: Longs) -> None:
     h[cpu_at.DUE] = h[cpu_at.CYCLES] + 1
 
 
-@helper
+@step
 def board_run(b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, queue: Longs, t_ps: int) -> bool:
     """Run the processor until it changes an output, or until its next instruction would see the lines at ``t_ps``.
 
@@ -178,7 +178,7 @@ def board_run(b: Record, cpu: Any, m: Bytes, h: Longs, log: Longs, queue: Longs,
     return False
 
 
-@helper
+@step
 def zero_decoder(b: Record, t_ps: int) -> None:
     """Let the chip's RST, which goes low or high, zero the counter and open the inhibit latch."""
     receiver_settle(b.decoder, t_ps)
@@ -186,7 +186,7 @@ def zero_decoder(b: Record, t_ps: int) -> None:
     b.inhibited = 0
 
 
-@helper
+@step
 def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     """Let the output that the processor has changed act on the circuits."""
     t_ps = b.next_ps
@@ -209,7 +209,7 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     b.ab_out = gates(b)
 
 
-@helper
+@step
 def pass_edge(b: Record, t_ps: int, ab: int) -> None:
     """Take a transition of the encoder to ``ab`` at ``t_ps`` to the decoder chip and the gates."""
     b.ab_in = ab
@@ -217,7 +217,7 @@ def pass_edge(b: Record, t_ps: int, ab: int) -> None:
     b.ab_out = gates(b)
 
 
-@helper
+@step
 def board_edge(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
     """Take a transition up to which the processor has run, and let it see it."""
     pass_edge(b, t_ps, ab)
@@ -241,7 +241,7 @@ def board_ask(m: Bytes, total: int, flags: int) -> None:
     m[cpu_at.XRAM + PC_STATUS] = flags & 255
 
 
-@helper
+@step
 def signed_word(m: Bytes, at: int, size: int) -> int:
     """Return a signed word of the box, low byte first."""
     value = 0
@@ -250,7 +250,7 @@ def signed_word(m: Bytes, at: int, size: int) -> int:
     return int(value - ((value >> (8 * size - 1)) << (8 * size)))
 
 
-@helper
+@step
 def board_start(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int, ab: int) -> None:
     """Power up at ``t_ps`` with the lines at ``ab``: the processor comes out of reset, its latches are high."""
     b.origin_ps = t_ps - time_of(b, h[cpu_at.CYCLES]) + b.origin_ps
@@ -276,7 +276,7 @@ def board_restart(b: Record, m: Bytes, h: Longs, log: Longs, t_ps: int) -> None:
     board_start(b, m, h, log, t_ps, b.ab_in)
 
 
-@helper
+@step
 def board_lose_power(b: Record, h: Longs) -> None:
     """Let go of all outputs: the gates, fed by the controller, pass A and B on; those of Design B are dead."""
     h[cpu_at.STOP] = cpu_at.STOP_POWER_DOWN
@@ -287,7 +287,7 @@ def board_lose_power(b: Record, h: Longs) -> None:
     b.ab_out = gates(b)
 
 
-@helper
+@step
 def inserting(b: Record) -> bool:
     """Return whether an insertion is under way, as the outputs tell; those of Design B do not."""
     low = ~b.port & b.pins
@@ -317,7 +317,7 @@ def begin_counting(b: Record) -> None:
     b.illegal_out = 0
 
 
-@helper
+@step
 def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) -> int:
     """Write down what the controller sees if it has changed; return the number of changes written."""
     if observe(b):
@@ -327,7 +327,7 @@ def note_output(b: Record, t_ps: int, n: int, out_ps: Longs, out_levels: Bytes) 
     return n
 
 
-@helper
+@step
 def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, rows: int, cycle: int) -> None:
     """Apply those of the first queued changes of pins that are sampled before ``cycle`` and not met yet."""
     while h[cpu_at.CHANGE] < min(rows, h[cpu_at.CHANGES]) and queue[h[cpu_at.CHANGE], 0] < cycle:
@@ -335,7 +335,7 @@ def catch_up(m: Bytes, h: Longs, log: Longs, queue: Longs, rows: int, cycle: int
         h[cpu_at.CHANGE] += 1
 
 
-@helper
+@step
 def note_said(b: Record, m: Bytes, said: Longs, published: int, t_ps: int) -> None:
     """Keep what was published at ``t_ps``, if anything was since ``published``."""
     if b.published > published:

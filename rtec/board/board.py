@@ -35,7 +35,7 @@ READING_PS, READING_CYCLES = 1_250_000_000, 1250
 START_UP_READINGS = 6
 """A start-up takes so many: three to take home, three to take a request of zero."""
 
-PUBLICATIONS = 4096
+PUBLICATIONS = 16_384
 """Of the words to the PC, so many are remembered."""
 
 _ROOM = 1024

@@ -12,11 +12,15 @@ from rtec.campaign import firmware_check_answers as handshake
 from rtec.campaign.firmware_check_bench import Bench, BenchState, Given
 from rtec.campaign.firmware_check_contract import DOUBT, FATAL, MESSAGES, Failed
 from rtec.campaign.firmware_run_kernels import play_runs
-from rtec.injector import Break, Response, Stimulus, Totals
+from rtec.errors import ArgumentError
+from rtec.injector import Break, Reach, Response, Stimulus, Totals
 from rtec.signal import EdgeStream
 
 _ROOM = 16_384
 """Changes of the box, and publications, of all runs that are made in one go."""
+
+_SOONEST_READING_PS = 500_000_000
+"""Of a one-clock part: publications come no sooner one after the other."""
 
 _LATEST_READINGS = 5
 """A step is inserted by one reading and said in the next; so long the count may be ahead of what is said."""
@@ -92,8 +96,25 @@ class Firmware:
         """Return how late the program may say what it has inserted: some readings of the PC's words."""
         return _LATEST_READINGS * self.bench.reading_ps
 
+    @property
+    def reach(self) -> Reach:
+        """Return which totals the request's word holds, and how long a run may be."""
+        return Reach(total=self.bench.design.word_limit, longest_ps=PUBLICATIONS * _SOONEST_READING_PS)
+
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
-        """Return what comes out for each stimulus."""
+        """Return what comes out for each stimulus.
+
+        Raises
+        ------
+        ArgumentError
+            A total that the request's word cannot hold.
+        """
+        most = self.reach.total
+        for stimulus in stimuli:
+            beyond = stimulus.requests.totals[np.abs(stimulus.requests.totals) > most]
+            if beyond.size:
+                word = f"the request's word of {self.bench.design.title}: {-most} to {most} steps"
+                raise ArgumentError("a requested total", int(beyond[0]), f"what fits into {word}")
         if self._broken is not None:
             return [
                 Response(edges=EdgeStream([], [], each.edges.initial), completed=Totals(), broken=self._broken)

@@ -10,9 +10,8 @@ from statistics import median
 from rtec.campaign.safety_matrix import Matrix, MatrixPlan, Outcome, Trial, is_wrong, run_matrix
 from rtec.campaign.safety_monitor import Stopper, sinusoidal_table
 from rtec.campaign.safety_phases import END_PS, Phase, new_cell
-from rtec.campaign.soak import Soak, SoakPlan, run_soak
+from rtec.campaign.soak import Episode, Soak, SoakPlan, run_soak
 from rtec.injector import Design
-from rtec.injector.design import IN_PATH
 from rtec.jobs import JobPool
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -117,7 +116,7 @@ class SafetyCase:
         if soak is not None:
             found += [
                 f"soak, undetected error: design {episode.design.value}, episode {episode.number}: {episode.wrong}"
-                for episode in soak.undetected(upstream=False)
+                for episode in soak.undetected()
             ]
             found += [f"soak, never took effect: {kind.value}" for kind in soak.missing]
         return tuple(found)
@@ -223,19 +222,20 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
     return {
         "good": soak.good,
         "hours": soak.hours(),
-        "hours_b": soak.hours(IN_PATH),
+        "hours_by_design": {design.value: soak.hours([design]) for design in Design},
         "episodes": len(soak.episodes),
-        "outcomes": {outcome.value: count for outcome, count in soak.outcomes().items()},
+        "outcomes": {outcome.value: count for outcome, count in soak.outcomes.items()},
         "fired": {kind.value: count for kind, count in soak.fired().items()},
         "missing": [kind.value for kind in soak.missing],
-        "undetected": [
-            {"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.undetected(upstream=False)
-        ],
-        "undetected_upstream": [
-            {"design": e.design.value, "episode": e.number, "wrong": e.wrong, "fault": e.injected[0].variant.name}
-            for e in soak.undetected(upstream=True)
-        ],
+        "undetected": [{"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.undetected()],
+        "undetected_upstream": [_beyond_dict(e) for e in soak.undetected("before the box")],
+        "undetected_with_processor": [_beyond_dict(e) for e in soak.undetected("with the processor")],
     }
+
+
+def _beyond_dict(episode: Episode) -> dict[str, object]:
+    faults = ", ".join(injected.variant.name for injected in episode.injected)
+    return {"design": episode.design.value, "episode": episode.number, "wrong": episode.wrong, "fault": faults}
 
 
 def _by_value(outcomes: Iterable[Outcome]) -> dict[str, int]:

@@ -12,6 +12,7 @@ from rtec.campaign.safety_monitor import MonitoredAxis, MonitoredCell, Stopper
 from rtec.campaign.safety_phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.campaign.safety_variants import VARIANTS, Variant, impossible
 from rtec.checks import whole_within
+from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.jobs import JobPool
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -90,9 +91,24 @@ class MatrixPlan:
     """Of all of them."""
 
     def __post_init__(self) -> None:
+        tried = [(variant, phase) for variant in self.variants for phase in self.phases]
+        if tried and all(impossible(variant, phase) for variant, phase in tried):
+            raise self._inapplicable()
         whole_within("seeds", self.seeds, 1, 1000)
         whole_within("first", self.first, 0, 999)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
+
+    def _inapplicable(self) -> ArgumentError:
+        """Return what is wrong with faults of which none can take effect in any of the phases."""
+        possible = [
+            phase.value for phase in Phase if any(impossible(variant, phase) is None for variant in self.variants)
+        ]
+        names = ", ".join(phase.value for phase in self.phases)
+        reasons = dict.fromkeys(impossible(variant, phase) for variant in self.variants for phase in self.phases)
+        return ArgumentError(
+            "phase", names, f"a phase in which it can take effect: {', '.join(possible)}",
+            problem=f"is none for this fault ({'; '.join(reason for reason in reasons if reason)})",
+        )  # fmt: skip
 
     @property
     def groups(self) -> list[tuple[str, list[Design]]]:
@@ -129,14 +145,16 @@ class Matrix:
 
     @property
     def avoidable(self) -> tuple[Trial, ...]:
-        """Return the undetected errors that supervision can catch: those that begin at box, link or PC."""
+        """Return the undetected errors that supervision can catch: those that begin at box, link or PC.
+
+        Design B is held to the same, but for the lines that are lost with its processor.
+        """
         return tuple(
             trial
             for trial in self.trials
             if trial.outcome is Outcome.UNDETECTED
             and trial.fired > 0
-            and not trial.variant.upstream
-            and not trial.design.in_path
+            and trial.variant.beyond_supervision(trial.design) is None
         )
 
     @property

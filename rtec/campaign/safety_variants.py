@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rtec.campaign.safety_phases import Phase, hyphened
 from rtec.errors import ArgumentError, meant
+from rtec.injector import Design
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
@@ -16,6 +17,7 @@ from rtec.units import PS_PER_MS
 _K = FaultKind
 _MANY = 1 << 40
 _LATE_PS = 15 * PS_PER_MS
+_STOPS_PROCESSOR = (FaultKind.POWER_LOST, FaultKind.BOX_RESTARTED)
 _SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_MASQUERADE: "masquerade"}
 _WRAPPED_PS = 2_560 * PS_PER_MS
 """256 turns of the PC: the sequence counter has come round."""
@@ -67,6 +69,17 @@ class Variant:
     def upstream(self) -> bool:
         """Return whether it happens before the box."""
         return self.kind.category is FaultCategory.ENCODER
+
+    def beyond_supervision(self, design: Design) -> str | None:
+        """Return where wrong counts begin that neither box nor PC can catch; None: they can catch all that it does.
+
+        A fault of the encoder's lines is the same for box and controller. Lines that pass through a processor are
+        lost with it: the controller "must be relied on to fail gracefully with loss of position feedback" (Yee 1992,
+        General Considerations).
+        """
+        if self.upstream:
+            return "before the box"
+        return "with the processor" if design.in_path and self.kind in _STOPS_PROCESSOR else None
 
     def fault(self, phase: Phase, moment_ps: int, seed: int, *, axis: int = 1) -> Fault:
         """Return the fault at a moment of a phase."""

@@ -29,7 +29,7 @@ from rtec.units import PS_PER_MS, PS_PER_S
 
 AXES = 3
 _SHARE_OF_B = 0.1
-"""Of the hours, in addition: the report itself says that Design B fails without its processor."""
+"""Of the hours, in addition: the design that the report only sketches."""
 _WRONG_S = 0.5
 _HOT_MM = 0.05
 _SLICE_PS = 5 * PS_PER_MS
@@ -110,9 +110,10 @@ class Episode:
     travel_mm: float
 
     @property
-    def upstream(self) -> bool:
-        """Return whether the fault of this episode was the encoder's."""
-        return any(injected.variant.upstream for injected in self.injected)
+    def beyond_supervision(self) -> str | None:
+        """Return where the wrong counts begin that no box or PC can catch; None: whatever is wrong is avoidable."""
+        found = [injected.variant.beyond_supervision(self.design) for injected in self.injected]
+        return next((where for where in found if where is not None), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,27 +123,23 @@ class Soak:
     plan: SoakPlan
     episodes: tuple[Episode, ...]
 
-    def hours(self, designs: Sequence[Design] = BESIDE) -> float:
+    def hours(self, designs: Sequence[Design] = tuple(Design)) -> float:
         """Return the time run with these designs."""
         return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
 
-    @property
-    def beside(self) -> list[Episode]:
-        """Return the episodes of designs whose lines pass beside the processor."""
-        return [episode for episode in self.episodes if episode.design in BESIDE]
-
     def fired(self) -> Counter[FaultKind]:
         """Return how many faults of each class took effect."""
-        return Counter(injected.variant.kind for episode in self.beside for injected in episode.injected)
+        return Counter(injected.variant.kind for episode in self.episodes for injected in episode.injected)
 
-    def outcomes(self, designs: Sequence[Design] = BESIDE) -> Counter[Outcome]:
+    @property
+    def outcomes(self) -> Counter[Outcome]:
         """Return how the episodes ended."""
-        return Counter(episode.outcome for episode in self.episodes if episode.design in designs)
+        return Counter(episode.outcome for episode in self.episodes)
 
-    def undetected(self, *, upstream: bool) -> tuple[Episode, ...]:
-        """Return the episodes with an undetected error whose fault was the encoder's, or was not."""
-        wrong = (episode for episode in self.beside if episode.outcome is Outcome.UNDETECTED)
-        return tuple(episode for episode in wrong if episode.upstream == upstream)
+    def undetected(self, where: str | None = None) -> tuple[Episode, ...]:
+        """Return the episodes with an undetected error: the avoidable ones, or those that begin elsewhere."""
+        wrong = (episode for episode in self.episodes if episode.outcome is Outcome.UNDETECTED)
+        return tuple(episode for episode in wrong if episode.beyond_supervision == where)
 
     @property
     def missing(self) -> tuple[FaultKind, ...]:
@@ -153,7 +150,7 @@ class Soak:
     @property
     def good(self) -> bool:
         """Return whether no count was wrong undetected, and every class took effect."""
-        return not self.undetected(upstream=False) and not self.missing
+        return not self.undetected() and not self.missing
 
 
 def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: None) -> Soak:

@@ -10,10 +10,28 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rtec.cli._outcome import exit_code
 
-__all__ = ["main"]
+if TYPE_CHECKING:
+    from typer import Typer
+
+__all__ = ["application", "main"]
+
+
+def application() -> Typer:
+    """Return the command line with all its verbs, for what reads their options and help: tests, pages, completion.
+
+    Examples
+    --------
+    >>> import typer
+    >>> "simulate" in typer.main.get_command(application()).commands
+    True
+    """
+    from rtec.cli import _verbs  # loads typer and every verb
+
+    return _verbs.application()
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -39,8 +57,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     warnings.filterwarnings("ignore", message="First-class function type feature is experimental")
 
     def carry_out() -> None:
+        from rtec.cli._console import show_compilation
         from rtec.cli._verbs import call  # Ctrl-C while it loads must meet the handler, too
 
+        show_compilation()
         call(words)
 
     return exit_code(carry_out)

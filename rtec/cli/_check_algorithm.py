@@ -39,6 +39,8 @@ class Chosen:
     """What is asked of it."""
     note: Callable[[], str]
     """Called when it was played: what there is to say about how it runs, or ""."""
+    faster: str = ""
+    """What would make it faster, as the end of a line."""
 
 
 def choose(options: Options) -> Chosen:
@@ -93,7 +95,11 @@ def _verilog(options: Options) -> Chosen:
     algorithm = VerilogAlgorithm(
         Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps, simulator=options.runner.simulator
     )
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
+    faster = "; Icarus Verilog plays it, Verilator is faster: apt install verilator g++ make, --simulator verilator"
+    return Chosen(
+        word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note,
+        faster=faster if algorithm.simulator == "icarus" else "",
+    )  # fmt: skip
 
 
 def _machine_code(options: Options) -> Chosen:

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Protocol
 
-COMPILING = "compiling the simulation for this machine, once (about a minute) ..."
+LONG = {
+    "firmware_model.core._execute_kernels.execute": ("the processor", 10),
+    "rtec.machine._loop_kernels.run": ("the closed loop", 10),
+    "rtec.machine._station_kernels.advance": ("an axis on the bus", 8),
+    "rtec.machine._cell_kernels.run": ("the machine on its bus", 5),
+    "rtec.machine._ahead_kernels.run_ahead": ("the signal path", 3),
+    "rtec.machine._open_kernels.run": ("the signal path, edge by edge", 3),
+    "rtec.machine._motion_kernels.run_pieces": ("the signal path of a motion", 4),
+    "rtec.machine._firmware_kernels.run_firmware": ("the box with its firmware", 4),
+}
+"""Kernels that take seconds to compile: what they are to a user, and how long it takes on a usual machine."""
 _PATIENCE_S = 1.0
 """Work shorter than this shows no progress."""
+_LINE_S = 30.0
+"""Where there is no terminal, a line comes so often."""
 
 
 def print_json(document: Mapping[str, object]) -> None:
@@ -34,17 +47,26 @@ def note(message: str) -> None:
     sys.stderr.flush()
 
 
-def compilation_ahead() -> bool:
-    """Return whether nothing is compiled yet on this machine, so that the first run takes long."""
-    from rtec import _jit  # loads the compiler
+class _Compiling(logging.Handler):
+    """Says on stderr what is compiled, where it takes a while, and where machine code cannot be kept."""
 
-    return _jit.FIRST_RUN and not _jit.config.DISABLE_JIT
+    def emit(self, record: logging.LogRecord) -> None:
+        what, seconds = LONG.get(getattr(record, "kernel", ""), ("", 0))
+        if record.levelno >= logging.WARNING:
+            note(record.getMessage())
+        elif what and hasattr(record, "seconds"):
+            note(f"compiled {what} in {record.seconds:.0f} s")
+        elif what:
+            note(f"compiling {what} for this machine, once (about {seconds} s) ...")
 
 
-def announce_compilation() -> None:
-    """Say that the first run takes long, and why; call it when the input is known to be good."""
-    if compilation_ahead():
-        note(COMPILING)
+def show_compilation() -> None:
+    """Say from now on what is compiled."""
+    log = logging.getLogger("rtec.machine_code")
+    if not any(isinstance(handler, _Compiling) for handler in log.handlers):
+        log.setLevel(logging.INFO)
+        log.propagate = False
+        log.addHandler(_Compiling())
 
 
 class Show(Protocol):
@@ -55,8 +77,15 @@ class Show(Protocol):
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Show]:
+def progress(label: str, *, lines: str | None = None) -> Iterator[Show]:
     """Show the share done of long work on stderr where that is a terminal.
+
+    Parameters
+    ----------
+    label
+        Of the work.
+    lines
+        Where stderr is no terminal, a line is written every half minute, with this behind it; None for no line.
 
     Yields
     ------
@@ -64,7 +93,7 @@ def progress(label: str) -> Iterator[Show]:
         To be called now and then with the share done, 0..1, and what is being done where that changes.
     """
     if not sys.stderr.isatty():
-        yield lambda share, what="": None
+        yield (lambda share, what="": None) if lines is None else _by_lines(label, lines)
         return
     begun = time.monotonic()
     shown: list[tuple[Any, Any]] = []
@@ -85,3 +114,17 @@ def progress(label: str) -> Iterator[Show]:
     finally:
         for bar, _ in shown:
             bar.stop()
+
+
+def _by_lines(label: str, more: str) -> Show:
+    """Return what writes a line on stderr now and then."""
+    begun = last = time.monotonic()
+
+    def show(share: float, what: str = "") -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= _LINE_S:
+            last = now
+            note(f"{label}{f': {what}' if what else ''}: {share:.0%} after {now - begun:.0f} s{more}")
+
+    return show

@@ -8,13 +8,14 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
-from typing import Any, ClassVar, Literal
+from pathlib import Path
+from typing import Any, ClassVar, Literal, get_args
 
 import typer
 from typer.core import TyperGroup
 from typer.models import ParameterInfo
 
-from rtec.cli._parameters import Verb
+from rtec.cli._verb import Verb
 
 EXAMPLE = "Example: "
 _NARROW = 70
@@ -74,8 +75,22 @@ def verbs_under(
         if isinstance(verb, typer.Typer):
             app.add_typer(verb, name=name)
         else:
-            app.command(name, cls=Verb, help=help_of(verb))(taken_apart(verb))
+            apart = taken_apart(verb)
+            app.command(name, cls=type("Verb", (Verb,), {"readers": _readers(apart)}), help=help_of(verb))(apart)
     return app
+
+
+def _readers(verb: Callable[..., Any]) -> dict[str, Callable[[str], Any]]:
+    """Return what makes a value of the text of a parameter, by its name; typer reads those that are left out."""
+    found: dict[str, Callable[[str], Any]] = {}
+    for one in inspect.signature(verb).parameters.values():
+        outer = (one.annotation, *get_args(one.annotation))  # a kind, or a list of it, perhaps or None
+        kinds = {kind for each in outer for kind in (each, *get_args(each))} & {str, Path}
+        if isinstance(one.default, ParameterInfo) and one.default.parser is not None:
+            found[one.name] = one.default.parser
+        elif kinds:
+            (found[one.name],) = kinds
+    return found
 
 
 def taken_apart(verb: Callable[..., Any]) -> Callable[..., Any]:

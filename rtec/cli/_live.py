@@ -116,11 +116,12 @@ class BusWords:
         if self.interface == "virtual":
             return ["no other program can join: a virtual bus of python-can ends where its process does"]
         interface, channel = self.interface or "slcan", self.channel_of_others
+        more = "" if self.bitrate is None else f", bitrate={self.bitrate}"
         if self.interface is None:
             channel = str(well_known(self.line))
+            more = ", sleep_after_open=0"  # else python-can waits for two seconds
         where = "with the other side's own adapter as CHANNEL" if channel == _OTHER_ADAPTER else "in another terminal"
-        rate = "" if self.bitrate is None else f", bitrate={self.bitrate}"
-        bus = f"can.Bus(interface={json.dumps(interface)}, channel={json.dumps(channel)}{rate})"
+        bus = f"can.Bus(interface={json.dumps(interface)}, channel={json.dumps(channel)}{more})"
         dbc = files("rtec.link").joinpath("rtec.dbc")
         return [f"{where}: {command}", f"or in Python: {bus}", f"messages: {dbc}"]
 

@@ -2,7 +2,7 @@
 
 A verb's body receives values: numbers in the unit that ends the parameter's name, members of an enum, files that can
 be written. What is wrong with a text is said under the name of its option; what a face refuses later is said under
-the name of the option whose parameter has the name that the face knows (`Verb`).
+the name of the option whose parameter has the name that the face knows (`rtec.cli._verb`).
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
-from typer.core import TyperCommand
 
-from rtec.checks import as_written
 from rtec.cli._words import Completer, among
 from rtec.errors import ArgumentError, RtecError, unknown
 from rtec.io import check_file, check_folder
@@ -30,8 +28,6 @@ if TYPE_CHECKING:
     from rtec.injector import Processor
 
 _LONGEST = 60
-_PARAMETER = re.compile(r"\b[a-z]+(?:_[a-z0-9]+)+\b")
-_SAID = "rtec.said"
 _FIRMWARE = "firmware"
 
 
@@ -293,68 +289,6 @@ def choice(text: str, known: Iterable[str], *, name: str) -> str:
     if text.lower() not in words:
         raise unknown(name, text, words)
     return text.lower()
-
-
-class Verb(TyperCommand):
-    """A verb that says what a face refuses under the name of the option that the user wrote."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the words, and keep them for `said`."""
-        ctx.meta[_SAID] = self.make_parser(ctx).parse_args(args=list(args))[0]
-        return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Carry out the verb.
-
-        Raises
-        ------
-        ArgumentError
-            As the verb raises it, with options and numbers as the user wrote them.
-        """
-        try:
-            return super().invoke(ctx)
-        except ArgumentError as error:
-
-            def text(words: str) -> str:
-                return _PARAMETER.sub(lambda match: self.option_behind(match[0]), words)
-
-            option = self.option_behind(error.name)
-            written = next((ctx.meta[_SAID].get(one.name) for one in self.params if option in one.opts), None)
-            seen = as_written(error, option, written) if isinstance(written, str) else error.of(option)
-            raise ArgumentError(
-                option, seen.value, text(seen.allowed), text(seen.hint), problem=seen.problem
-            ) from error
-
-    def option_behind(self, name: str) -> str:
-        """Return the option whose parameter has a name; the name itself where there is none."""
-        for parameter in self.params:
-            if parameter.name == name and parameter.opts[0].startswith("-"):
-                return parameter.opts[0]
-        return name
-
-
-def said(context: typer.Context, *names: str) -> list[str]:
-    """Return some options with their values as the user wrote them.
-
-    Parameters
-    ----------
-    context
-        Of the verb.
-    names
-        Of the parameters; what the user did not say is left out.
-    """
-    texts = context.meta.get(_SAID, {})
-    by_name = {parameter.name: parameter for parameter in context.command.params}
-    words: list[str] = []
-    for name in names:
-        text = texts.get(name)
-        for each in text if isinstance(text, list) else [] if text is None else [text]:
-            parameter = by_name[name]
-            if isinstance(each, bool):
-                words.append(parameter.opts[-1] if each else parameter.secondary_opts[-1])
-            else:
-                words += [parameter.opts[-1], str(each)]
-    return words
 
 
 def apart(name: str, other: str, why: str = "") -> ArgumentError:

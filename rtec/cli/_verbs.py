@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 
 from rtec import __version__
 from rtec.cli._groups import verbs_under
+from rtec.cli._verb import read_quickly
 from rtec.errors import RtecError, nearest
 
 VERBS = {
@@ -26,7 +27,7 @@ VERBS = {
     "effects": "List the physical effects that are known, or show the card of one.",
     "simulate": "Send an encoder's edges through the box into the controller, compare the counts, and draw an "
     "insertion.",
-    "tables": "Show what each design does to A and B, from every state and for both signs, by letting it insert.",
+    "tables": "Show what each design does to A and B, from every state and for both signs.",
     "check": "Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.",
     "envelope": "Find the largest safe encoder frequency of each design on each processor, and what breaks first.",
     "safety": "Inject every fault in every phase of operation, and compare what the controller counts in the end.",
@@ -47,6 +48,11 @@ _GROUPS = ("blind", "firmware")
 
 class Verbs(TyperGroup):
     """A group of commands that names the nearest one where a word is unknown."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words in front of the verb."""
+        read_quickly(self.get_params(ctx), {})
+        return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that the first word names.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, progress
+from rtec.cli._console import progress
 from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import flag, force, option, whole, whole_number, written
 from rtec.cli._words import EFFECTS, completing
@@ -90,7 +90,6 @@ def add(
     with progress(f"adding {effect}") as show:
         given = measured.read(data)
         wanted = shape_from_options(what, shape.stated(), given.dataset)
-        announce_compilation()
         show(0.2)
         result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=wanted, seed=seed)
         write_model(output, result.model)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._console import note, print_json, progress
 from rtec.cli._groups import verbs_under
 from rtec.cli._parameters import apart, force, needs, option, whole, written
 from rtec.cli._words import EFFECTS, PLANS, completing
@@ -69,7 +69,6 @@ def new(
 
     drawn = seed is None
     number = randbelow(1 << 31) if seed is None else seed
-    announce_compilation()
     scenario = _scenario(hide or [], plan, number)
     seal = played(number, output, scenario=scenario, force=force)
     if json:
@@ -122,7 +121,6 @@ def measure(
     """
     from rtec.blind.sealing import measure as measured
 
-    announce_compilation()
     seal = measured(data, plan, output, seed=seed, force=force)
     if json:
         print_json({"data": str(output), "sealed": str(seal), "plan": str(plan)})
@@ -246,7 +244,6 @@ def score(
     from rtec.blind.lines import the_lines
     from rtec.io import write_lines
 
-    announce_compilation()
     with progress("games") as show:
         result = confusion(
             the_lines(),

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _live
-from rtec.cli._console import announce_compilation, note, print_json
+from rtec.cli._console import note, print_json
 from rtec.cli._live import MACHINE, TIMES
-from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, said, whole, works
+from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, whole, works
+from rtec.cli._verb import said
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
@@ -112,7 +113,6 @@ def box(
     ]
     moves = _moves(program, home_mm, speed, stand=stand)
     first = _first_session(seed)
-    announce_compilation()
     # compiled before the bus is there: nobody waits for it
     stations = _stations(settings, moves, first)
     _warm_up(settings[0])
@@ -120,9 +120,9 @@ def box(
     with ExitStack() as stack:
         near = None
         if interface is None:
-            from rtec.link.pseudo_terminal import Line
+            from rtec.link.pseudo_terminal import SLCAN_OPENS, Line
 
-            near = stack.enter_context(Line(name=bus.line)).near
+            near = stack.enter_context(Line(name=bus.line, opened_by=SLCAN_OPENS)).near
         transport = stack.enter_context(_live.logged(bus.open(near), log, force))
         alike = said(context, "axis", "axes", "design", "count_mm", "window_steps", "cycle_ps")
         command = shlex.join(["rtec", "pc", *bus.words(), *alike])

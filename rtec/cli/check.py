@@ -24,13 +24,13 @@ from rtec.cli._parameters import (
     option,
     processor,
     quantity,
-    said,
     share,
     time_ps,
     whole,
     word,
     written,
 )
+from rtec.cli._verb import said
 from rtec.cli._words import PROCESSORS, completing, files_ending
 from rtec.io import FIGURES
 from rtec.units import FREQUENCY, SWEEP
@@ -164,8 +164,8 @@ def check(
     seed: int = whole("--seed", "Of the hunt and the adversary.", low=0, default=0),
     stream: Stream | None = named(
         "--stream",
-        "rtec.conformance.streams:Stream.read",
-        "TEXT",
+        "rtec.conformance.streams:Stream.given",
+        "TEXT|FILE",
         "Play one stream only, as a failed check prints it.",
     ),
     files: _Files,
@@ -213,8 +213,7 @@ def _hold(
     from rtec.report.terminal_check import show
 
     more = None if motion is None else motion_cases(motion.kind, program=motion.program, seed=seed)
-    _console.announce_compilation()
-    with _console.progress("check") as progress:
+    with _console.progress("check", lines=chosen.faster) as progress:
         verdict = check_algorithm(
             chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
         )
@@ -244,8 +243,13 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
 
 
 def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files, *, as_json: bool) -> bool:
+    from rtec.conformance.streams import why_it_cannot_be
     from rtec.conformance.trials import Case, Trials
+    from rtec.errors import ArgumentError
 
+    if why := why_it_cannot_be(stream, chosen.contract):
+        allowed = "one that it can send, or another --frequency, --jitter or --acceleration"
+        raise ArgumentError("--stream", "", allowed, problem=f"is nothing that an encoder sends: {why}")
     must_finish = stream.final_state in chosen.contract.states
     run = Trials(chosen.algorithm, chosen.contract).one(
         Case(title="the stream", stream=stream, must_finish=must_finish)

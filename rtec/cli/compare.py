@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._console import note, print_json, progress
 from rtec.cli._parameters import folder, force
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 
@@ -43,7 +43,6 @@ def compare(
     results: dict[str, Comparison] = {}
     with progress(f"comparing {', '.join(names)}"[:60]) as show:
         for name, given in read_each(data, names, measured):
-            announce_compilation()
             results[name] = compared(given.dataset, given.model, given.heldout)
             show(0.7 * len(results) / len(data))
         found = changes_from_first(results)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._console import note, print_json, progress
 from rtec.cli._parameters import folder, force, written
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
@@ -55,7 +55,6 @@ def diagnose(
             show(0.1 + 0.8 * (len(results) + share) / len(data))
 
         for name, given in read_each(data, names, measured):
-            announce_compilation()
             told(0.0)
             results[name] = diagnosed(
                 given.dataset, given.model, given.heldout, locked=given.locked, seed=seed, progress=told

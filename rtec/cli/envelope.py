@@ -94,7 +94,6 @@ def envelope(
             nothing_owed=nothing_owed,
             motion=moved,
         )
-    _console.announce_compilation()
     with _console.progress("envelope") as progress:
         rows = find_envelope(plan, progress)
     if figure is not None:

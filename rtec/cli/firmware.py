@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import note, print_json, progress
+from rtec.cli._console import print_json, progress
 from rtec.cli._groups import verbs_under
 from rtec.cli._image import HEX, as_bad_input
 from rtec.cli._parameters import choice, force, option, quantity, whole, word, written
@@ -23,7 +23,6 @@ from rtec.units import FREQUENCY, PS_PER_S
 if TYPE_CHECKING:
     from firmware_model import Mcs51
 
-_COMPILING = "compiling the processor for this machine, once (less than a minute) ..."
 _INCLUDES = {
     "8051-12mhz": "8051",
     "8051-24mhz": "8051",
@@ -316,15 +315,13 @@ def application(group: type[typer.core.TyperGroup]) -> typer.Typer:
 
 
 def _processor(image: Path, part: str, timing: str) -> Mcs51:
-    from firmware_model import Mcs51, _jit, read_hex
+    from firmware_model import Mcs51, read_hex
 
     with as_bad_input():
         memory = read_hex(image)
     cpu = Mcs51(
         memory, part=cast("Literal['8051', '8052']", part), timing=cast("Literal['12-clock', 'one-clock']", timing)
     )
-    if _jit.FIRST_RUN and not _jit.config.DISABLE_JIT:
-        note(_COMPILING)
     cpu.run(cycles=0)  # loads or compiles the loop, executes nothing
     return cpu
 

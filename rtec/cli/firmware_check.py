@@ -12,7 +12,8 @@ import typer
 
 from rtec.cli import _console, _measured
 from rtec.cli._image import HEX, as_bad_input, with_part
-from rtec.cli._parameters import design, flag, force, processor, quantity, said, whole, word, written
+from rtec.cli._parameters import design, flag, force, processor, quantity, whole, word, written
+from rtec.cli._verb import said
 from rtec.cli._words import PROCESSORS
 from rtec.io import FIGURES, read_any_text
 from rtec.units import FREQUENCY
@@ -85,7 +86,6 @@ def check(
             tries=tries,
             seed=seed,
         )
-    _console.announce_compilation()
     with _console.progress("check") as show:
         verdict = check_firmware(plan, show)
     written = _write(verdict, figure, vcd)

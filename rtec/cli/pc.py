@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _live
-from rtec.cli._console import announce_compilation, note, print_json
+from rtec.cli._console import note, print_json
 from rtec.cli._live import MACHINE, TIMES
 from rtec.cli._parameters import apart, flag, needs, option, quantity, time_ps, word
 from rtec.errors import ArgumentError
@@ -109,7 +109,6 @@ def pc(
     )
     handshake = HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps)
     nodes_from = partial(_nodes, predictors, design, handshake, supervision, count_mm=count_mm, home_mm=home_mm)
-    announce_compilation()
     for each in nodes_from(at_ps=0):
         _warm_up(each)
     events = Events(_live.event_printer(as_json))

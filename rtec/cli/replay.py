@@ -67,9 +67,9 @@ def replay(
         if interface is None and role is Role.PC:
             end = bus.line_of_box(start_up_s)
         elif interface is None:
-            from rtec.link.pseudo_terminal import Line
+            from rtec.link.pseudo_terminal import SLCAN_OPENS, Line
 
-            end = stack.enter_context(Line(name=bus.line)).near
+            end = stack.enter_context(Line(name=bus.line, opened_by=SLCAN_OPENS)).near
         transport = stack.enter_context(bus.open(end))
         if role is Role.BOX:
             for line in bus.ways_in(" ".join(["rtec", "pc", *bus.words()])):
@@ -99,6 +99,9 @@ def _tell(run: ReplayRun) -> None:
     node, played, compared = run.found.role.other.words, run.found.role.words, run.comparison
     if not run.met:
         console.print(f"nothing was played: no {node} answered", style="bold red")
+        return
+    if run.stale:
+        console.print(f"nothing was played: the {node} is not as that of the log", style="bold red")
         return
     console.print(
         f"{len(run.late_ps)} frames of the {played} played in {run.run_s:.1f} s; "

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._console import note, print_json, progress
 from rtec.cli._parameters import flag, folder, force, needs, processor, quantity, whole, written
 from rtec.cli._words import PROCESSORS
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
-    from rtec.report.illustrations import Illustration
+    from rtec.report.drawn import Illustration
     from rtec.study.results import StudyResult
 
 _DONE = 0
@@ -72,7 +72,6 @@ def run(
         what = replace(what, firmware=processor or Microcontroller.named("8051-12mhz"))
     elif processor is not None:
         raise needs("--processor", "--firmware")
-    announce_compilation()
     found: list[Illustration] = []
     with progress(f"study {what.name}") as show:
         result = run_study(

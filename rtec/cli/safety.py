@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._parameters import design, force, option, said, time_ps, whole, written
+from rtec.cli._parameters import design, force, option, time_ps, whole, written
+from rtec.cli._verb import said
 from rtec.cli._words import FAULTS, PHASES, completing
 from rtec.errors import ArgumentError
 from rtec.io import check_file, write_text
@@ -65,7 +66,6 @@ def safety(
 
     hours = None if soak_ps is None else _soak_plan(soak_ps, seed)
     plan = _plan(fault or [], phase or [], design or [], seeds=seeds, first=first, seed=seed)
-    _console.announce_compilation()
     with _console.progress("safety") as progress:
         case = make_case(plan, hours, progress, ramps=not (fault or phase))
     if output is not None and picture is not None and table is not None:

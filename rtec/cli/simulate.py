@@ -294,10 +294,6 @@ def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
     from rtec.report.terminal_simulate import show
 
     stretch = seen.check(path)
-    to_compile = _console.compilation_ahead()
-    path.state()  # a frequency or a jitter that the encoder refuses is said before the compilation is
-    if to_compile:
-        _console.note(_console.COMPILING)
     with _console.progress(f"design {path.injector.design.key}") as progress:
         result = run(path, vcd=seen.vcd, seen=stretch, progress=progress)
     written = seen.written(path, stretch)

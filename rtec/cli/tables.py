@@ -16,7 +16,7 @@ def tables(
     design: Design | None = design("Insertion design; all four without it."),
     json: bool = _measured.JSON,
 ) -> None:
-    """Show what each design does to A and B, from every state and for both signs, by letting it insert.
+    """Show what each design does to A and B, from every state and for both signs.
 
     The states are the report's: 1 is 00, 2 is 10, 3 is 11, 4 is 01 (A, then B), one count from each to the next.
 
@@ -28,7 +28,6 @@ def tables(
     from rtec.injector.walk import walks
 
     designs = list(Design) if design is None else [design]
-    _console.announce_compilation()
     made = [(known, walks(known)) for known in designs]
     if json:
         rows = [{"design": known.key} | walk.to_dict() for known, found in made for walk in found]

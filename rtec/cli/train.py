@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import announce_compilation, note, print_json, progress
+from rtec.cli._console import note, print_json, progress
 from rtec.cli._parameters import flag, force, needs, option, whole, written
 from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
@@ -79,7 +79,6 @@ def train(
     with progress(f"training on {data.name}") as show:
         axis = _measured.AxisOptions(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
         given = _measured.MeasuredOptions(heldout=heldout, axis=axis, columns=columns).read(data)
-        announce_compilation()
         result = compare_predictors(
             given.dataset,
             given.heldout,

@@ -12,7 +12,7 @@ from rtec._jit import new_record
 from rtec.conformance._judge_kernels import SEEN, look
 from rtec.conformance.contract import Contract
 from rtec.injector import Response, Stimulus
-from rtec.readable import time_text
+from rtec.readable import printable, time_text
 from rtec.signal._kernels import NEVER
 
 _MOST_COUNTS = 1_000_000
@@ -137,7 +137,9 @@ def judge(
     refused = any(t_ps >= _last_asked_ps(stimulus) for t_ps, _ in response.refusals)
     violation: Violation | None = None
     if response.broken is not None:
-        violation = Violation(fault=Fault.BROKEN, time_ps=response.broken.time_ps, reason=response.broken.reason)
+        violation = Violation(
+            fault=Fault.BROKEN, time_ps=response.broken.time_ps, reason=printable(response.broken.reason)
+        )
     elif controller.initial != encoder.initial:
         said = f"levels {_levels(controller.initial)} at power-up, the encoder's are {_levels(encoder.initial)}"
         violation = Violation(fault=Fault.POWER_UP, time_ps=0, reason=said)
@@ -149,20 +151,19 @@ def judge(
         reason = f"A and B change within {apart} of each other at the controller; {least} at least"
         violation = Violation(fault=Fault.SEPARATION, time_ps=seen.separation_at_ps, reason=reason)
     elif seen.off_counts:
-        counted, right = seen.controller_counts, seen.encoder_counts + contract.step_counts * done
-        reason = (
-            f"the controller counts {counted:+d} where {right:+d} is right, with no illegal transition to tell it"
-        )
+        reason = _wrong_count(seen.controller_counts, seen.encoder_counts, contract.step_counts, done, asked)
         violation = Violation(fault=Fault.COUNT, time_ps=seen.off_since_ps, reason=reason)
     else:
         violation = _unasked(stimulus, response)
         if violation is None and must_finish and done != asked and not (refused and may_refuse):
-            why = f"refused: {response.refusals[-1][1]}" if refused else "no reason given"
+            why = f"refused: {printable(response.refusals[-1][1])}" if refused else "no reason given"
             reason = f"{_steps(asked)} asked for, {done:+d} completed and {why}".replace("+0 ", "0 ")
             violation = Violation(fault=Fault.UNFINISHED, time_ps=_last_asked_ps(stimulus), reason=reason)
         elif violation is None and seen.delay_ps > contract.delay_ps:
             late, most = time_text(seen.delay_ps), time_text(contract.delay_ps)
-            reason = f"the controller's count is {late} behind; {most} at most"
+            reason = (
+                f"for {late} the controller's count is not the encoder's plus the completed steps; {most} at most"
+            )
             violation = Violation(fault=Fault.DELAY, time_ps=seen.delay_at_ps, reason=reason)
         elif violation is None and seen.beyond_counts:
             reason = f"the controller's count goes {seen.beyond_counts:+d} beyond all that was sent and asked for"
@@ -182,13 +183,28 @@ def _last_asked_ps(stimulus: Stimulus) -> int:
 
 def _unasked(stimulus: Stimulus, response: Response) -> Violation | None:
     """Find a completed total beyond all that was asked for until then."""
-    for t_ps, total in zip(response.completed.times_ps.tolist(), response.completed.totals.tolist(), strict=True):
-        until = stimulus.requests.totals[: int(stimulus.requests.times_ps.searchsorted(t_ps, side="right"))]
-        if not min(0, until.min(initial=0)) <= total <= max(0, until.max(initial=0)):
-            asked = int(until[-1]) if until.size else 0
-            reason = f"{total:+d} steps completed where {asked:+d} were asked for"
-            return Violation(fault=Fault.UNASKED, time_ps=t_ps, reason=reason)
-    return None
+    asked, done = stimulus.requests, response.completed
+    before = asked.times_ps.searchsorted(done.times_ps, side="right")
+    totals = np.append(0, asked.totals)
+    beyond = (done.totals < np.minimum.accumulate(totals)[before]) | (
+        done.totals > np.maximum.accumulate(totals)[before]
+    )
+    if not beyond.any():
+        return None
+    at = int(beyond.argmax())
+    reason = f"{done.totals[at]:+d} steps completed where {totals[before[at]]:+d} were asked for"
+    return Violation(fault=Fault.UNASKED, time_ps=int(done.times_ps[at]), reason=reason)
+
+
+def _wrong_count(controller: int, encoder: int, step: int, done: int, asked: int) -> str:
+    """Say what does not fit: the total where the counts are those of other whole steps, else the counts."""
+    inserted = controller - encoder
+    if done != asked and inserted % step == 0:
+        counts = f"controller {controller:+d}, encoder {encoder:+d}"
+        said = f"{_steps(done)} said to be completed where {inserted // step:+d} were inserted ({counts})"
+        return said.replace("+0 ", "0 ")
+    right = encoder + step * done
+    return f"the controller counts {controller:+d} where {right:+d} is right, with no illegal transition to tell it"
 
 
 def _levels(code: int) -> str:

@@ -24,6 +24,7 @@ from rtec.conformance._python_child import COMPILING, LOADING, WATCHED
 from rtec.conformance._workshop import signal_group
 from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
+from rtec.readable import printable
 from rtec.signal import EdgeStream
 
 SILENT_S = 10.0
@@ -149,7 +150,7 @@ class PythonClass(Closing):
         except _Silent as silent:
             raise RtecError(f"{self.name}: {silent} while the file is loaded") from None
         if error:
-            raise RtecError(f"{self.file.name}: {error}")
+            raise RtecError(f"{self.file.name}: {printable(error)}")
         self._reasons = reasons.split("\n")
 
     def _answer(self, stimulus: Stimulus) -> Response:
@@ -158,7 +159,8 @@ class PythonClass(Closing):
         with contextlib.suppress(OSError):  # it has ended, which its answer will show
             self._link.send((*streams, edges.initial, stimulus.until_ps, *self.clock_ps))
         answer = self._received()
-        reason, self.note = (self._received().decode(errors="replace") for _ in range(2))
+        reason, note = (self._received().decode(errors="replace") for _ in range(2))
+        self.note = printable(note)
         numbers = np.frombuffer(answer[: len(answer) // 8 * 8], np.int64)
         head, values = numbers[:5].tolist(), numbers[5:]
         if len(head) < 5 or min(head[:3]) < 0 or values.size != 2 * sum(head[:3]):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from rtec.conformance.contract import STATES, Contract
+from rtec.conformance.endurance import KINDS, Endured
 from rtec.conformance.speeds import Speeds
 from rtec.conformance.trials import Margin, Run
 from rtec.readable import time_text
@@ -41,6 +43,8 @@ class Verdict:
     """The shortest run found that breaks the contract; where none does, the one with the smallest separation."""
     margin: Margin
     """The narrowest that was right."""
+    endured: Mapping[str, Endured]
+    """How deep the checks of endurance went, by their names."""
     settle_ps: int
     """Within so long a step at rest is completed, with reserve."""
     runs: int
@@ -62,6 +66,9 @@ class Verdict:
         ]
         if speeds is not None:
             rows += speeds.data_sheet()
+        for kind in KINDS:
+            if (found := self.endured.get(kind.name)) is not None:
+                rows.append((kind.name, found.text(kind)))
         if margin.separation_ps is not None:
             least = time_text(contract.separation_ps)
             rows.append(("from A to B at the controller", f"{time_text(margin.separation_ps)} ({least} at least)"))
@@ -94,6 +101,9 @@ class Verdict:
             "max_jitter": None if speeds is None else speeds.max_jitter,
             "max_jitter_ps": None if speeds is None else speeds.max_jitter_ps,
             "max_acceleration_hz_s": None if speeds is None else speeds.max_acceleration_hz_s,
+            "endurance": {
+                kind.key: self.endured[kind.name].depth if kind.name in self.endured else None for kind in KINDS
+            },
             "min_separation_ps": margin.separation_ps,
             "min_pulse_ps": margin.pulse_ps,
             "max_delay_ps": margin.delay_ps,

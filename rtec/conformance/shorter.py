@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
-from itertools import islice
+from dataclasses import dataclass, replace
+from itertools import islice, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec.conformance.judge import Fault
 from rtec.conformance.streams import Stream, can_be
-from rtec.conformance.trials import Run, Trials
+from rtec.conformance.trials import Case, Run, Trials
 
 _AT_ONCE = 8
+_LONG = 1_000
+"""Events and steps of a run that is cut at the fault before anything else."""
+_MOST_EVENTS = 1_500_000
+"""Of all runs together: those of 30 000 steps take a second each where an algorithm is simulated."""
+_LOOKS = 16
+"""At a stream, for the price of playing it."""
 _ROUND_PS = (10_000_000, 1_000_000, 100_000, 10_000, 1_000)
 """Times are cut to multiples of these where the stream still breaks."""
 
@@ -55,6 +61,8 @@ def shortened(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]
     fault = run.fault
     if fault is None or (run.response.broken is not None and run.response.broken.ended):
         return run, 0  # a start for each try would take minutes
+    if _size(run.case.stream) > _LONG:
+        run = next((again for again in map(trials.one, _up_to_the_fault(run, trials)) if again.fault is fault), run)
     run = _cut(trials, run, lambda again: again.fault is fault, begun + tries)
     violation = run.judgement.violation
     if violation is not None and fault is not Fault.UNFINISHED:
@@ -88,14 +96,52 @@ def narrowest(trials: Trials, run: Run, *, tries: int = 500) -> Run:
 def _cut(trials: Trials, run: Run, keeps: Callable[[Run], bool], most: int) -> Run:
     """Cut the stream of a run as short as it goes, then its times as round, while it keeps what matters."""
     moved = True
+    left = _Left(most, _MOST_EVENTS)
     while moved:
         moved = False
         for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
-            while (found := _first_that_keeps(trials, run, way, keeps, most)) is not None:
+            while (found := _first_that_keeps(trials, run, way, keeps, left)) is not None:
                 run, moved = found, True
-    while (found := _first_that_keeps(trials, run, _rounder, keeps, most)) is not None:
+    while (found := _first_that_keeps(trials, run, _rounder, keeps, left)) is not None:
         run = found
     return run
+
+
+@dataclass(slots=True)
+class _Left:
+    """How far the cutting may go."""
+
+    made: int
+    """Runs, all that were ever made."""
+    events: int
+    """And steps, in those still to be made."""
+
+    def look(self, stream: Stream) -> bool:
+        """Return whether there is time for a look at a stream, which costs a part of a run."""
+        self.events -= len(stream) // _LOOKS
+        return self.events > 0
+
+
+def _size(stream: Stream) -> int:
+    """Return how many events a run has, and steps."""
+    return len(stream) + int(np.abs(np.diff(stream.totals, prepend=0)).sum())
+
+
+def _up_to_the_fault(run: Run, trials: Trials) -> Iterator[Case]:
+    """Yield the case with nothing behind the fault, and no total far beyond those that were completed until then."""
+    stream, violation = run.case.stream, run.judgement.violation
+    if violation is None:
+        return
+    done = run.response.completed
+    until = done.totals[done.times_ps < violation.time_ps]
+    edges, asked = stream.edges_ps <= violation.time_ps, stream.requests_ps <= violation.time_ps
+    for more in (1, 2):
+        low, high = int(until.min(initial=0)) - more, int(until.max(initial=0)) + more
+        cut = replace(
+            stream, edges_ps=stream.edges_ps[edges], moves=stream.moves[edges], requests_ps=stream.requests_ps[asked],
+            totals=np.clip(stream.totals[asked], low, high),
+        )  # fmt: skip
+        yield trials.case(run.case.title, cut)
 
 
 def _first_that_keeps(
@@ -103,15 +149,14 @@ def _first_that_keeps(
     run: Run,
     way: Callable[[Stream, Trials], Iterable[Stream]],
     keeps: Callable[[Run], bool],
-    most: int,
+    left: _Left,
 ) -> Run | None:
     """Return the first of the streams that a way makes of a run's that keeps what matters."""
-    cases = (
-        trials.case(run.case.title, stream)
-        for stream in way(run.case.stream, trials)
-        if can_be(stream, trials.contract)
-    )
-    while trials.made < most and (some := list(islice(cases, _AT_ONCE))):
+    looked_at = takewhile(left.look, way(run.case.stream, trials))
+    cases = (trials.case(run.case.title, stream) for stream in looked_at if can_be(stream, trials.contract))
+    at_once = _AT_ONCE if _size(run.case.stream) < _LONG else 1
+    while trials.made < left.made and left.events > 0 and (some := list(islice(cases, at_once))):
+        left.events -= sum(_size(case.stream) for case in some)
         for again in trials.all_of(some):
             if keeps(again):
                 return again
@@ -155,16 +200,23 @@ def _keeping(stream: Stream, places: NDArray[np.int64]) -> Stream:
 
 
 def _without_requests(stream: Stream, _: Trials) -> Iterator[Stream]:
-    for k in range(stream.requests_ps.size):
-        yield replace(stream, requests_ps=np.delete(stream.requests_ps, k), totals=np.delete(stream.totals, k))
+    size = stream.requests_ps.size
+    cut = size
+    while cut:
+        for begin in range(0, size, cut):
+            rest = np.r_[0:begin, min(begin + cut, size) : size]
+            yield replace(stream, requests_ps=stream.requests_ps[rest], totals=stream.totals[rest])
+        cut //= 2
 
 
 def _nearer_to_zero(stream: Stream, _: Trials) -> Iterator[Stream]:
     for k in range(stream.totals.size):
-        if abs(int(stream.totals[k])) > 1:
+        by = abs(int(stream.totals[k])) // 2
+        while by:
             totals = stream.totals.copy()
-            totals[k] -= np.sign(totals[k])
+            totals[k] -= by * np.sign(totals[k])
             yield replace(stream, totals=totals)
+            by //= 2
 
 
 def _sooner(stream: Stream, trials: Trials) -> Iterator[Stream]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,12 +15,14 @@ from rtec.conformance._stream_kernels import first_impossible
 from rtec.conformance.contract import STATES, Contract
 from rtec.errors import ArgumentError
 from rtec.injector import Stimulus, Totals
+from rtec.io import read_text
+from rtec.readable import hertz_text
 from rtec.signal import EdgeStream
 from rtec.units import PS_PER
 
 LONGEST_PS = 2**61
-LONGEST_TEXT = 200_000
-"""Characters of a stream that are read."""
+LONGEST_TEXT = 50_000_000
+"""Characters of a stream: some million edges."""
 
 _EVENT = re.compile(
     r"(?P<time>\d{1,20}(?:\.\d{0,20})?)(?P<unit>ps|ns|us|ms|s):(?:(?P<move>[+-])|r(?P<total>[+-]?\d{1,9})|(?P<end>end))",
@@ -72,10 +75,12 @@ class Stream:
         Raises
         ------
         ArgumentError
-            Words that are none of a stream, times that do not increase, no end.
+            Words that are none of a stream, times that do not increase, no end, too long a text.
         """
         shape = "a state and events, as in '00 1us:+ 1.5us:r1 1.62us:- 3us:end'"
-        words = text[:LONGEST_TEXT].split()
+        if len(text) > LONGEST_TEXT:
+            raise ArgumentError("stream", f"{len(text)} characters", f"{LONGEST_TEXT} at most")
+        words = text.split()
         if not words or words[0] not in STATES:
             raise ArgumentError("stream", repr(" ".join(words[:1])[:40]), f"{shape}; it begins with 00, 10, 11 or 01")
         edges: list[tuple[int, int]] = []
@@ -110,6 +115,24 @@ class Stream:
         stream = cls.of(STATES.index(words[0]), edges, requests, until_ps)
         stream.stimulus()
         return stream
+
+    @classmethod
+    def given(cls, said: str) -> Stream:
+        """Read a stream as `read`, or from a file with such a text.
+
+        Raises
+        ------
+        ArgumentError
+            As for `read`.
+        FileFormatError
+            A file that cannot be read.
+        """
+        if said.split(maxsplit=1)[:1] and said.split(maxsplit=1)[0] in STATES:
+            return cls.read(said)
+        if not os.path.exists(said):  # Path would raise where a name is too long
+            allowed = "a state and events, as in '00 1us:+ 3us:end', or a file with them"
+            raise ArgumentError("stream", repr(said[:40]), allowed)
+        return cls.read(read_text(said, "a stream", most_bytes=LONGEST_TEXT, may_be_empty=True))
 
     def __str__(self) -> str:
         events = [(t, 1, "+" if move > 0 else "-") for t, move in _pairs(self.edges_ps, self.moves)]
@@ -186,6 +209,28 @@ def first_that_cannot_be(stream: Stream, contract: Contract) -> int:
     shortest_ps = round(contract.quarter_ps - jitter_ps)
     gain_hz_s = float(contract.acceleration_hz_s)
     return int(first_impossible(stream.edges_ps, stream.moves, shortest_ps, contract.turn_ps, gain_hz_s, jitter_ps))
+
+
+def why_it_cannot_be(stream: Stream, contract: Contract) -> str:
+    """Return which edge of a stream no encoder of a contract sends, and why, or "".
+
+    Examples
+    --------
+    >>> why_it_cannot_be(Stream.read("00 1us:+ 1.2us:+ 9us:end"), Contract(step_counts=2))
+    'the edge at 1.2us comes 200ns after the one before; at most 500 kHz with 10% jitter they are 450ns apart'
+    """
+    k = first_that_cannot_be(stream, contract)
+    if k == stream.edges_ps.size:
+        return ""
+    apart_ps = int(stream.edges_ps[k] - stream.edges_ps[k - 1])
+    said = f"the edge at {_exact(int(stream.edges_ps[k]))} comes {_exact(apart_ps)} after the one before"
+    if stream.moves[k] != stream.moves[k - 1] and apart_ps < contract.turn_ps:
+        return f"{said}, which it takes back; a turn takes {_exact(contract.turn_ps)} at least"
+    least_ps = round(contract.quarter_ps * (1.0 - contract.jitter))
+    if apart_ps < least_ps:
+        top = f"at most {hertz_text(contract.frequency_hz)} with {contract.jitter:.0%} jitter"
+        return f"{said}; {top} they are {_exact(least_ps)} apart"
+    return f"{said}; the axis would have to gain or lose more than {hertz_text(contract.acceleration_hz_s)}/s"
 
 
 def _pairs(times: NDArray[np.int64], values: NDArray[np.int64]) -> list[tuple[int, int]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from rtec.conformance import cases
 from rtec.conformance.contract import Contract
+from rtec.conformance.endurance import KINDS, Endured, Kind, endure
 from rtec.conformance.hunt import hunt
 from rtec.conformance.judge import Fault
 from rtec.conformance.results import Check, Verdict
@@ -79,7 +80,9 @@ def check_algorithm(
     >>> verdict.passed, [check.name for check in verdict.checks if check.passed]
     (False, ['runs', 'passes', 'separation', 'delay'])
     """
-    return _Suite(Trials(algorithm, contract), tries, seed, more, progress).verdict()
+    suite = _Suite(Trials(algorithm, contract), tries, seed, more, progress)
+    suite.trials.watch = lambda: suite.show(0.0)
+    return suite.verdict()
 
 
 @dataclass(slots=True)
@@ -90,19 +93,23 @@ class _Suite:
     more: Callable[[Trials], Iterable[Case]] | None
     progress: Callable[[float], None]
     checks: list[Check] = field(default_factory=list)
+    endured: dict[str, Endured] = field(default_factory=dict)
+    share: float = 0.0
     over: str = ""
     """Why the rest cannot be tried, or ""."""
 
     def verdict(self) -> Verdict:
         trials = self.trials
         later = _WITH_REQUESTS if self.more is None else (*_WITH_REQUESTS, ("motion", self.more))
-        parts = len(_WITHOUT_REQUESTS) + len(later) + 4
+        parts = len(_WITHOUT_REQUESTS) + len(later) + len(KINDS) + 4
         for name, make in _WITHOUT_REQUESTS:
             self._try(name, make, parts)
         if not self.over:
             self._settle()
         for name, make in later:
             self._try(name, make, parts)
+        for kind in KINDS:
+            self._endure(kind, parts)
         worst = self._hunt(parts)
         wrong = [check.run for check in self.checks if check.run is not None]
         if wrong:
@@ -121,24 +128,49 @@ class _Suite:
             speeds=speeds,
             worst=worst,
             margin=trials.margin,
+            endured=self.endured,
             settle_ps=trials.settle_ps,
             runs=trials.made,
             seed=self.seed,
         )
 
+    def show(self, share: float) -> None:
+        """Show the share done, which never falls."""
+        self.share = max(self.share, min(share, 1.0))
+        self.progress(self.share)
+
     def _try(self, name: str, make: Callable[[Trials], Iterable[Case]], parts: int) -> None:
         if any(check.name == name for check in self.checks):
             return  # it has failed already, when the time to settle was measured
-        if self.over:
-            self.checks.append(Check(name=name, passed=None, reason=f"not tried: {self.over}"))
+        if self._cannot_be_tried(name):
             return
         wrong, made = self.trials.first_wrong(make(self.trials))
-        self._book(name, wrong, f"{made} runs, every count right")
-        self.progress(len(self.checks) / parts)
+        if made:
+            self._book(name, wrong, f"{made} runs, every count right")
+        else:
+            reason = (
+                "not tried: no insertion at rest changes anything at the controller, so that none can be aimed at"
+            )
+            self.checks.append(Check(name=name, passed=None, reason=reason))
+        self.show(len(self.checks) / parts)
+
+    def _endure(self, kind: Kind, parts: int) -> None:
+        if self._cannot_be_tried(kind.name):
+            return
+        found = self.endured[kind.name] = endure(self.trials, kind)
+        self._book(kind.name, found.wrong, f"{found.made} runs up to {kind.text(found.depth)}, every count right")
+        self.show(len(self.checks) / parts)
+
+    def _cannot_be_tried(self, name: str) -> bool:
+        if self.over:
+            self.checks.append(Check(name=name, passed=None, reason=f"not tried: {self.over}"))
+        return bool(self.over)
 
     def _book(self, name: str, wrong: Run | None, good: str) -> None:
         self.checks.append(Check(name=name, passed=wrong is None, reason=str(wrong or good), run=wrong))
-        if wrong is not None and wrong.fault is Fault.BROKEN:
+        broken = None if wrong is None else wrong.response.broken
+        # what runs away after thousands of steps is worth a hunt; a process that was ended is not begun again for it
+        if broken is not None and (broken.ended or name not in self.endured):
             self.over = "it has ended early"
 
     def _settle(self) -> None:
@@ -150,12 +182,11 @@ class _Suite:
             self.over = "it inserts nothing at rest"
 
     def _hunt(self, parts: int) -> Run | None:
-        if self.over:
-            self.checks.append(Check(name="worst case", passed=None, reason=f"not tried: {self.over}"))
+        if self._cannot_be_tried("worst case"):
             return None
         done = len(self.checks) / parts
         worst, made = hunt(
-            self.trials, tries=self.tries, seed=self.seed, progress=lambda share: self.progress(done + share / parts)
+            self.trials, tries=self.tries, seed=self.seed, progress=lambda share: self.show(done + share / parts)
         )
         self._book("worst case", worst, f"{made} streams hunted, every count right")
         return worst
@@ -180,6 +211,7 @@ class _Suite:
         done = len(self.checks) / parts
         beyond = Trials(self.trials.algorithm, self.trials.contract)  # what is narrow there is none of the contract's
         beyond.settle_ps = self.trials.settle_ps
-        speeds = measure_speeds(beyond, lambda share: self.progress(min(done + share * (1.0 - done), 1.0)))
+        beyond.watch = self.trials.watch
+        speeds = measure_speeds(beyond, lambda share: self.show(done + share * (1.0 - done)))
         self.trials.made += beyond.made
         return speeds

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -106,6 +106,8 @@ class Trials:
         self.algorithm, self.contract = algorithm, contract
         self.margin = Margin()
         self.made = 0
+        self.watch: Callable[[], None] = lambda: None
+        """Called now and then while runs are made."""
         self.settle_ps = 2 * _FIRST_LOOK_PS
         """In which a request at rest is completed; measured by `measure_settling`."""
 
@@ -117,6 +119,7 @@ class Trials:
         """Make runs."""
         stimuli = [case.stream.stimulus() for case in cases]
         self.made += len(cases)
+        self.watch()
         runs = []
         for case, stimulus, response in zip(cases, stimuli, self.algorithm.play(stimuli), strict=True):
             seen = judge(stimulus, response, self.contract, must_finish=case.must_finish, may_refuse=case.may_refuse)

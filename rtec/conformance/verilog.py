@@ -13,7 +13,7 @@ from rtec.conformance._verilog_runs import response_of
 from rtec.conformance._workshop import Workshop
 from rtec.conformance.verilog_pins import Pins
 from rtec.errors import ArgumentError, RtecError, unknown
-from rtec.injector import Response, Stimulus
+from rtec.injector import Reach, Response, Stimulus
 from rtec.io import read_bytes
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
 
@@ -95,7 +95,7 @@ class VerilogAlgorithm(Closing):
     def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int], simulator: str | None = None) -> None:
         read_bytes(file, "a Verilog file")
         self._file, self._pins = file, pins
-        kind = _chosen(simulator)
+        self.simulator, kind = _chosen(simulator)
         self._shop = Workshop()
         try:
             self._simulator = kind(self._shop, file.resolve(), pins, clock_ps)
@@ -117,6 +117,11 @@ class VerilogAlgorithm(Closing):
             "clocked at every tick, which takes longer: it reads the time, files or random numbers, delays something "
             "or keeps values that cannot be compared; --tries 300 shortens the hunt"
         )
+
+    @property
+    def reach(self) -> Reach:
+        """Return what the port for requests holds."""
+        return Reach(total=2 ** (self._simulator.widths[self._pins.requested] - 1) - 1)
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Return what comes out for each stimulus.
@@ -148,12 +153,12 @@ class VerilogAlgorithm(Closing):
                 raise ArgumentError(where, f"a total of {total} on {bits} bits", f"totals from {-top} to {top - 1}")
 
 
-def _chosen(simulator: str | None) -> type[Verilator | Icarus]:
+def _chosen(simulator: str | None) -> tuple[str, type[Verilator | Icarus]]:
     if simulator is not None and simulator not in SIMULATORS:
         raise unknown("simulator", simulator, SIMULATORS, noun="simulator")
     for name, (program, kind) in SIMULATORS.items():
         if simulator in {None, name} and shutil.which(program) is not None:
-            return kind
+            return name, kind
     package = "verilator (or iverilog)" if simulator is None else SIMULATORS[simulator][0]
     raise RtecError(f"no simulator for Verilog found on the path; on Debian and Ubuntu: apt install {package}")
 

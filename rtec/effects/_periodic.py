@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtec.effects._harmonics import WavesShape
 from rtec.effects.conditions import Conditions, Floats
@@ -41,6 +42,8 @@ CYCLES_APART = 1.5
 """Over the span, between two waves: nearer ones are how one wave of a changing amplitude looks."""
 REFIT = 0.3
 """How far a refit may move the frequency, in units of 1 / span: past the neighbours on the grid."""
+ANCHOR = 32
+"""Frequencies from one exact sine to the next: those between are these, turned on by the angles of as many steps."""
 UNIFORM = 1e-9
 """Frequencies that deviate by less, in cycles over the positions, are equally spaced."""
 
@@ -147,7 +150,7 @@ class Periodic(Effect):
         return [v for v in families if v.period == whole and v.harmonics >= part]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by compiled code."""
+        """Return the columns of several shapes, shape (shapes, amplitudes, rows); single waves by the stretch."""
         if not all(_waves(shape).is_one_wave for shape in shapes):
             return super().scan(conditions, shapes)
         waves = np.empty((len(shapes), 2, conditions.rows))
@@ -175,16 +178,22 @@ def _and_next(lines: Floats) -> Floats:
 
 def fill(wanted: Floats, position: Floats, out: Floats) -> None:
     """Fill ``out`` (frequencies, 2, rows) with the waves of ``wanted``, an equally spaced stretch at a time."""
-    from rtec.effects._periodic_kernels import fill_waves  # noqa: PLC0415 - numba takes 0.3 s, for scans only
-
     reach = float(np.max(np.abs(position), initial=0.0))
-    place = np.ascontiguousarray(position)
     begin = 0
     while begin < wanted.size:
         end = _uniform_end(wanted, begin, reach)
         step = (wanted[end - 1] - wanted[begin]) / max(end - 1 - begin, 1)
-        fill_waves(float(wanted[begin]), float(step), place, out[begin:end])
+        turns = _waves_of(step * np.arange(min(ANCHOR, end - begin)), position)
+        for k in range(begin, end, ANCHOR):
+            some = out[k : min(k + ANCHOR, end)]
+            waves = turns[: some.shape[0]] * _waves_of(wanted[begin] + (k - begin) * step, position)
+            some[:, 0], some[:, 1] = waves.imag, waves.real
         begin = end
+
+
+def _waves_of(frequency: Floats | float, position: Floats) -> NDArray[np.complex128]:
+    angle = 2.0 * np.pi * np.multiply.outer(frequency, position)
+    return np.cos(angle) + 1j * np.sin(angle)
 
 
 def _uniform_end(wanted: Floats, begin: int, reach: float) -> int:

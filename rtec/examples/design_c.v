@@ -38,7 +38,7 @@ module design_c #(
 
     assign {b_out, a_out} = passed ^ inverted;
 
-    wire signed [15:0] owed = requested - completed;
+    wire signed [16:0] owed = requested - completed;  // one bit more: from one end of the word to the other
     wire equal = passed[0] == passed[1];
     wire b_first = equal ^ (owed > 0);
     wire ready = wait_ticks == 0;

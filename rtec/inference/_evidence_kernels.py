@@ -1,13 +1,14 @@
 """Log marginal likelihoods of normal amplitudes and noise, and the prior scales that make them largest.
 
-``products`` are those of the columns and, last, the readings with each other, shape (columns + 1, columns + 1).
+``products`` are those of the columns and, last, the readings with each other, shape (columns + 1, columns + 1);
+``upper`` is room for as many numbers. Python makes all arrays: numpy's functions take a second to compile.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from rtec._jit import array_helper, array_kernel
+from rtec._jit import helper, kernel
 from rtec.dataset.standstill import Ints
 from rtec.effects import Floats
 
@@ -15,138 +16,130 @@ _GAIN = 1e-9
 _ROUNDS = 12
 
 
-@array_helper
-def eliminate(upper: Floats, count: int) -> float:
+@helper
+def put(places: Ints, values: Ints) -> None:
+    """Copy an array into another."""
+    for b in range(places.size):
+        places[b] = values[b]
+
+
+@helper
+def eliminate(upper: Floats, size: int, count: int) -> float:
     """Factorise the first columns of an upper triangle, take them out of the rest; return the log of the pivots."""
     total = 0.0
     for k in range(count):
         pivot = np.sqrt(upper[k, k])
         total += np.log(pivot)
-        for j in range(k + 1, upper.shape[0]):
+        for j in range(k + 1, size):
             upper[k, j] /= pivot
-        for i in range(k + 1, upper.shape[0]):
+        for i in range(k + 1, size):
             factor = upper[k, i]
-            for j in range(i, upper.shape[0]):
+            for j in range(i, size):
                 upper[i, j] -= factor * upper[k, j]
     return total
 
 
-@array_helper
-def log_likelihood(products: Floats, readings: float, deviations: Floats) -> float:
-    """Return the log marginal likelihood for one set of prior deviations; a deviation of 0 leaves a column out."""
-    used = np.flatnonzero(deviations)
-    n, last = used.size, products.shape[0] - 1
-    upper = np.empty((n + 1, n + 1))
+@helper
+def at_places(
+    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, upper: Floats
+) -> float:  # fmt: skip
+    """Return the log marginal likelihood for the places of blocks on the ladder."""
+    n = block.size
     for i in range(n):
-        a = used[i]
+        deviation = ladder[places[block[i]]]
         for j in range(i, n):
-            upper[i, j] = deviations[a] * products[a, used[j]] * deviations[used[j]]
+            upper[i, j] = deviation * products[i, j] * ladder[places[block[j]]]
         upper[i, i] += 1.0
-        upper[i, n] = deviations[a] * products[a, last]
-    upper[n, n] = products[last, last]
+        upper[i, n] = deviation * products[i, n]
+    upper[n, n] = products[n, n]
     # the last pivot is what the model leaves: one factorisation gives it and the determinant
-    log_pivots = eliminate(upper, n)
+    log_pivots = eliminate(upper, n + 1, n)
     return float(-0.5 * readings * np.log(max(upper[n, n], 1e-300)) - log_pivots)
 
 
-@array_helper
-def put(places: Ints, values: Ints) -> None:
-    """Copy an array into another; as a slice it takes two seconds to compile."""
-    for b in range(places.size):
-        places[b] = values[b]
+@kernel
+def shift(
+    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, trial: Ints, upper: Floats
+) -> float:  # fmt: skip
+    """Move all places by one step of the ladder together where that helps; return the best.
 
-
-@array_helper
-def at_places(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
-    """Return the log marginal likelihood for the places of blocks on the ladder."""
-    deviations = np.zeros(block.size)
-    for c in range(block.size):
-        deviations[c] = ladder[places[block[c]]]
-    return log_likelihood(products, readings, deviations)
-
-
-@array_kernel
-def shift(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
-    """Move all places by one step of the ladder together where that helps; return the best."""
-    start, moved = places.copy(), places.copy()
-    best = at_places(products, readings, block, ladder, start)
+    ``trial``, shape (2, blocks), is room for places.
+    """
+    start, moved = trial[0], trial[1]
+    put(start, places)
+    best = at_places(products, readings, block, ladder, start, upper)
     for step in (-1, 1):
-        for b in range(start.size):
+        for b in range(places.size):
             moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
-        value = at_places(products, readings, block, ladder, moved)
+        value = at_places(products, readings, block, ladder, moved, upper)
         if value > best:
             best = value
             put(places, moved)
     return best
 
 
-@array_helper
-def without_block(products: Floats, own: Ints, rest: Ints, deviation: float, reduced: Floats) -> float:
-    """Fill ``reduced`` with what is left of the products of the ``rest`` once columns have been averaged over.
+@helper
+def without_first(
+    products: Floats, order: Ints, count: int, deviation: float, reduced: Floats, upper: Floats
+) -> float:  # fmt: skip
+    """Fill ``reduced`` with what is left of the products once the first columns of an order have been averaged over.
 
     Returns the log of the pivots. It does not depend on the scales of the rest.
     """
-    q, n = own.size, own.size + rest.size
-    order = np.concatenate((own, rest))
-    upper = np.empty((n, n))
+    n = order.size
     for i in range(n):
         for j in range(i, n):
             upper[i, j] = products[order[i], order[j]]
-            if i < q:
-                upper[i, j] *= deviation * (deviation if j < q else 1.0)
-        if i < q:
+            if i < count:
+                upper[i, j] *= deviation * (deviation if j < count else 1.0)
+        if i < count:
             upper[i, i] += 1.0
-    total = eliminate(upper, q)
-    for i in range(rest.size):
-        for j in range(i, rest.size):
-            reduced[i, j] = reduced[j, i] = upper[q + i, q + j]
+    total = eliminate(upper, n, count)
+    for i in range(n - count):
+        for j in range(i, n - count):
+            reduced[i, j] = reduced[j, i] = upper[count + i, count + j]
     return total
 
 
-@array_helper
+@helper
 def kept(
-    products: Floats,
-    readings: float,
-    block: Ints,
-    ladder: Floats,
-    places: Ints,
-    own: Ints,
-    rest: Ints,
-    reduced: Floats,
-    log_pivots: Floats,
-) -> float:
-    """Return the log marginal likelihood for places, from what the block of the columns ``own`` leaves of the others.
+    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, upper: Floats,
+    order: Ints, first: int, rest: Ints, reduced: Floats, log_pivots: Floats,
+) -> float:  # fmt: skip
+    """Return the log marginal likelihood for places, from what the ``first`` block leaves of the columns of the rest.
 
     That is kept in ``reduced`` and ``log_pivots`` for each of its places; not a number where it is not known yet.
     """
-    at = places[block[own[0]]]
+    at = places[first]
     if np.isnan(log_pivots[at]):
-        log_pivots[at] = without_block(products, own, rest, ladder[at], reduced[at])
-    return float(at_places(reduced[at], readings, block[rest[:-1]], ladder, places) - log_pivots[at])
+        log_pivots[at] = without_first(products, order, block.size - rest.size, ladder[at], reduced[at], upper)
+    return float(at_places(reduced[at], readings, rest, ladder, places, upper) - log_pivots[at])
 
 
-@array_kernel
-def climb(products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints) -> float:
-    """Move the places to where the readings are likeliest, block by block; return how likely they are."""
-    if places.size == 0:
-        return at_places(products, readings, block, ladder, places)
-    own = np.flatnonzero(block == np.argmax(np.bincount(block)))
-    rest = np.append(np.flatnonzero(block != block[own[0]]), block.size)
-    reduced, log_pivots = np.empty((ladder.size, rest.size, rest.size)), np.full(ladder.size, np.nan)
-    known = products, readings, block, ladder
-    large = own, rest, reduced, log_pivots
-    value = kept(*known, places, *large)
-    moved = places.copy()
+@kernel
+def climb(
+    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, trial: Ints, upper: Floats,
+    order: Ints, first: int, rest: Ints, reduced: Floats, log_pivots: Floats,
+) -> float:  # fmt: skip
+    """Move the places to where the readings are likeliest, block by block; return how likely they are.
+
+    The columns stand in an ``order``, those of the ``first`` block before the others, which belong to the blocks
+    ``rest``. ``reduced``, shape (ladder, rest + 1, rest + 1), and ``log_pivots`` are what `kept` keeps; ``trial`` is
+    as of `shift`.
+    """
+    moved, together = trial[0], trial[1]
+    put(moved, places)
+    value = kept(products, readings, block, ladder, places, upper, order, first, rest, reduced, log_pivots)
     for _ in range(_ROUNDS):
-        together = places.copy()
         best_block, best_place, best = -1, -1, value + _GAIN
+        put(together, places)
         for b in range(places.size):
             was, most = places[b], value
             for place in (was - 1, was + 1):
                 if place < 0 or place >= ladder.size:
                     continue
                 moved[b] = place
-                found = kept(*known, moved, *large)
+                found = kept(products, readings, block, ladder, moved, upper, order, first, rest, reduced, log_pivots)
                 if found > most:
                     most = found
                     together[b] = place
@@ -156,12 +149,11 @@ def climb(products: Floats, readings: float, block: Ints, ladder: Floats, places
         if best_block < 0:
             break
         # moves of different blocks seldom hinder each other: all that help are tried at once first
-        both = kept(*known, together, *large)
-        if both >= best:
-            put(places, together)
-            value = both
-        else:
-            places[best_block] = best_place
+        value = kept(products, readings, block, ladder, together, upper, order, first, rest, reduced, log_pivots)
+        if value < best:
+            put(together, places)
+            together[best_block] = best_place
             value = best
-        put(moved, places)
+        put(places, together)
+        put(moved, together)
     return value

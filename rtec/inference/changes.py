@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtr
 
 from rtec.inference.compare import Comparison
 from rtec.inference.fit import values_of
@@ -87,7 +87,7 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
         for name, value in here.items():
             if name in there and (found := _difference(value, there[name])) is not None:
                 compared.append((one.name, name, value, there[name], *found))
-    adjusted = _holm([2.0 * float(stats.norm.sf(abs(d) / e)) for *_, d, e in compared])
+    adjusted = _holm([2.0 * float(ndtr(-abs(d) / e)) for *_, d, e in compared])
     both = [
         Change(
             effect=effect,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,8 +57,17 @@ def best_scales(
     from rtec.inference._evidence_kernels import climb, shift  # noqa: PLC0415 - loads numba, for searches only
 
     places = start.copy()
-    move = shift if together else climb
-    return places, move(sums.products, sums.readings, block, SCALES, places)
+    if not places.size:
+        return places, -0.5 * sums.readings * math.log(max(float(sums.products[-1, -1]), 1e-300))
+    given = sums.products, sums.readings, block, SCALES, places, np.empty((2, places.size), np.int64)
+    upper = np.empty_like(sums.products)
+    if together:
+        return places, shift(*given, upper)
+    first = int(np.argmax(np.bincount(block)))  # the largest block is averaged over once for each of its places
+    others = np.flatnonzero(block != first)
+    order = np.concatenate([np.flatnonzero(block == first), others, [block.size]])
+    reduced = np.empty((SCALES.size, others.size + 1, others.size + 1))
+    return places, climb(*given, upper, order, first, block[others], reduced, np.full(SCALES.size, np.nan))
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, float]:

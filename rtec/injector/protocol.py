@@ -157,6 +157,16 @@ class Response:
     broken: Break | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """What can be asked of an algorithm through its interface; one without an attribute ``reach`` takes any run."""
+
+    total: int = LARGEST_TOTAL - 1
+    """Largest total, of either sign, that the request's word holds."""
+    longest_ps: int | None = None
+    """Length of the longest run whose output is kept whole, or None."""
+
+
 class Algorithm(Protocol):
     """An insertion algorithm, whatever it is made of; each run begins at power-up.
 

@@ -1,15 +1,16 @@
-"""The state tables that the code walks: a design asked for one step at rest, and the states that its lines pass."""
+"""The state tables of the designs: the states that the lines pass when a design inserts a step at rest.
+
+The box walks the same ones in machine code (`rtec.injector._insertion_kernels`); tests compare the two.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from rtec.injector.box import Injector, InjectorSettings
 from rtec.injector.design import DesignRow
-from rtec.injector.timing import Timing
-from rtec.signal import STATES, EdgeStream, count_deltas, states_of_levels
+
+LEVELS = ("00", "10", "11", "01")
+"""Levels of A and B in states 1 to 4: one count from each to the next, and from the last to the first."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +33,7 @@ class Walk:
     @property
     def start_levels(self) -> str:
         """Return the encoder's levels of A and B."""
-        return f"{STATES[self.state - 1].a}{STATES[self.state - 1].b}"
+        return LEVELS[self.state - 1]
 
     def to_dict(self) -> dict[str, object]:
         """Return it as plain data."""
@@ -48,9 +49,10 @@ class Walk:
 
 
 def walks(design: DesignRow) -> list[Walk]:
-    """Let a design insert one step at rest from every state, for both signs, and return what its lines do.
+    """Return what one insertion at rest does to the lines, from every state and for both signs.
 
-    A state in which it does not insert, such as all but state 1 of the Original, has no walk.
+    Each change is a count: a step of the design is so many neighbouring states. A state in which it does not insert,
+    such as all but state 1 of the Original, has no walk.
 
     Parameters
     ----------
@@ -65,31 +67,24 @@ def walks(design: DesignRow) -> list[Walk]:
     >>> {walk.start_levels for walk in walks(Design.ORIGINAL)}
     {'00'}
     """
-    made = (_walk(design, state.number, state.level, sign) for state in STATES for sign in (1, -1))
-    return [walk for walk in made if walk is not None]
+    states = range(1) if design.one_state else range(len(LEVELS))
+    return [_walk(design, state, sign) for state in states for sign in (1, -1)]
 
 
-def _walk(design: DesignRow, state: int, level: int, sign: int) -> Walk | None:
-    timing = Timing()
-    box = Injector(InjectorSettings(design=design, timing=timing), initial=level)
-    box.request(sign, at_ps=0)
-    until_ps = 2 * (timing.rest_ps + timing.worst_ps(design))
-    seen = box.process(EdgeStream([], [], initial=level), until_ps=until_ps)
-    if box.insertions.completed != sign:
-        return None
-    before = np.concatenate([[level], seen.levels[:-1]])
-    pairs = list(zip(before.tolist(), seen.levels.tolist(), strict=True))
+def _walk(design: DesignRow, state: int, sign: int) -> Walk:
+    counts = [sign * k for k in range(1, design.step_counts + 1)]
+    states = [(state + count) % len(LEVELS) for count in counts]
+    levels = [LEVELS[now] for now in states]
     return Walk(
-        state=state,
+        state=state + 1,
         sign=sign,
-        states=tuple((states_of_levels(seen.levels).astype(int) + 1).tolist()),
-        levels=tuple(f"{ab & 1}{ab >> 1}" for ab in seen.levels.tolist()),
-        counts=tuple(np.cumsum(count_deltas(seen.levels, level)).tolist()),
-        lines=tuple(_change(was, now) for was, now in pairs),
+        states=tuple(now + 1 for now in states),
+        levels=tuple(levels),
+        counts=tuple(counts),
+        lines=tuple(map(_change, [LEVELS[state], *levels], levels)),
     )
 
 
-def _change(before: int, after: int) -> str:
+def _change(before: str, after: str) -> str:
     """Return which line changes, and to which level."""
-    lines = [f"{line}={after >> bit & 1}" for bit, line in enumerate("AB") if (before ^ after) >> bit & 1]
-    return ",".join(lines)
+    return ",".join(f"{line}={now}" for line, was, now in zip("AB", before, after, strict=True) if was != now)

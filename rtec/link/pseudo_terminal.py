@@ -19,6 +19,7 @@ import sys
 import tempfile
 import threading
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 
 from rtec.closing import Closing
@@ -36,6 +37,9 @@ READ_BYTES = 4096
 
 WITHOUT_TERMINALS = "use udp_multicast, or slcan with socket://host:port or a pair of virtual serial ports"
 
+SLCAN_OPENS = (b"O\r", b"L\r")
+"""Commands of slcan that open the channel, to speak or to listen only."""
+
 POLL_MS = 10
 """Interval at which the relay checks a closed end for a program that has opened it."""
 
@@ -47,6 +51,9 @@ class Line(Closing):
     ----------
     name
         Where given, the far end can also be found as `well_known` ``(name)`` while the line is open.
+    opened_by
+        What a program at the far end writes to open its channel, one of these; before that, nothing is passed on to
+        it. Empty: opening the terminal is enough.
 
     Raises
     ------
@@ -67,14 +74,14 @@ class Line(Closing):
     b't1230\r'
     """
 
-    def __init__(self, *, name: str | None = None) -> None:
+    def __init__(self, *, name: str | None = None, opened_by: Sequence[bytes] = ()) -> None:
         if sys.platform == "win32":
             raise LinkError("pseudo-terminal", "", "this system has none", WITHOUT_TERMINALS)
         self._published = None if name is None else _Published(name)
         self._wake_in, self._wake_out = -1, -1
         self._ends: tuple[_End, ...] = ()
         try:
-            self._ends = (_End(), _End())
+            self._ends = (_End(()), _End(opened_by))
             self._wake_in, self._wake_out = os.pipe()
             if self._published is not None:
                 self._published.point_to(self._ends[1].path)
@@ -146,7 +153,10 @@ class Line(Closing):
 class _End:
     """One pseudo-terminal: the side that the relay reads and writes, and what waits to be written."""
 
-    def __init__(self) -> None:
+    def __init__(self, opened_by: Sequence[bytes]) -> None:
+        self._opened_by = tuple(opened_by)
+        self._said = b""
+        self.is_open = not self._opened_by
         self.master, slave = os.openpty()
         self.held = False
         self.pending: deque[bytes] = deque()
@@ -178,6 +188,9 @@ class _End:
                 if error.errno != errno.EAGAIN:
                     self.hang_up()
                 return
+            if not self.is_open:
+                self._said = (self._said + data)[-READ_BYTES:]
+                self.is_open = any(words in self._said for words in self._opened_by)
             other.take(data)
         elif event & (select.POLLHUP | select.POLLERR | select.POLLNVAL):
             self.hang_up()
@@ -189,7 +202,7 @@ class _End:
         """Write ``data`` here, now or as soon as the reader makes room; drop it where there is none."""
         if not self.held:
             self.check()
-        if not self.held or self.pending_bytes + len(data) > LONGEST_PENDING_BYTES:
+        if not self.held or not self.is_open or self.pending_bytes + len(data) > LONGEST_PENDING_BYTES:
             self.dropped_bytes += len(data)
             return
         self.pending.append(data)
@@ -214,6 +227,7 @@ class _End:
     def hang_up(self) -> None:
         """Forget what the program that has left did not read, so that the next one starts afresh."""
         self.held = False
+        self.is_open, self._said = not self._opened_by, b""
         self.dropped_bytes += self.pending_bytes
         self.pending.clear()
         self.pending_bytes = 0

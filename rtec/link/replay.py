@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Protocol
 
 from rtec.checks import number_within
 from rtec.link._log_formats import Logged
 from rtec.link.frame import Frame
-from rtec.link.transport import Received, Transport
+from rtec.link.transport import Received
+
+
+class Way(Protocol):
+    """The part of a transport that is needed here."""
+
+    def now_ps(self) -> int:
+        """Return the time on the clock of the bus."""
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame."""
+
+    def receive(self, until_ps: int) -> Received | None:
+        """Return the next frame that arrives until then, or None."""
+
 
 SLOWEST, FASTEST = 1e-3, 1e6
 
 
 def replay(
     log: Iterable[Logged],
-    transport: Transport,
+    transport: Way,
     *,
     speed: float = 1.0,
     on_received: Callable[[Received], None] | None = None,

@@ -14,7 +14,7 @@ from rtec.live.quiet import Pace
 from rtec.live.stopping import StopWish
 from rtec.live.typed import TypedLines
 from rtec.live.words import box_words
-from rtec.machine.station import StationView
+from rtec.machine.station import Station
 from rtec.units import PS_PER_S
 
 MOST_ORDERS = 8
@@ -85,6 +85,7 @@ class BoxRun:
         self._wait_until_s = 0.0
         self._ended: str | None = None
         self._stalls = 0
+        self._forgotten = {station.settings.axis: station.moves_forgotten for station in loop.stations}
 
     @property
     def at_s(self) -> float:
@@ -103,6 +104,7 @@ class BoxRun:
     def _poll(self) -> None:
         at_s = self.at_s
         self._take_orders(at_s)
+        self._report_forgotten(at_s)
         self._events.compare(at_s, {s.settings.axis: box_words(s.view) for s in self._loop.stations})
         self._show(at_s)
         if self._loop.stalls != self._stalls:
@@ -167,6 +169,13 @@ class BoxRun:
             self.refused.append(order)
         self._events.happen(at_s, str(order))
 
+    def _report_forgotten(self, at_s: float) -> None:
+        for station in self._loop.stations:
+            axis = station.settings.axis
+            if station.moves_forgotten != self._forgotten[axis]:
+                self._forgotten[axis] = station.moves_forgotten
+                self._events.happen(at_s, "the move was interrupted and is forgotten: order it again", axis)
+
     def _report_status(self, at_s: float) -> None:
         for station in self._loop.stations:
             view = station.view
@@ -185,7 +194,7 @@ def box_document(
     return {
         "ended": ended,
         "run_s": round(run_s, 3),
-        "axes": [_axis_document(station.settings.axis, station.view) for station in loop.stations],
+        "axes": [_axis_document(station) for station in loop.stations],
         "frames_sent": traffic.sent,
         "frames_received": traffic.received,
         "frames_unsent": traffic.unsent,
@@ -197,9 +206,10 @@ def box_document(
     }
 
 
-def _axis_document(axis: int, view: StationView) -> dict[str, object]:
+def _axis_document(station: Station) -> dict[str, object]:
+    view, settled = station.view, station.settled_view
     return {
-        "axis": axis,
+        "axis": station.settings.axis,
         "state": view.box_state.name,
         "status": view.status.name,
         "words": box_words(view),
@@ -209,11 +219,12 @@ def _axis_document(axis: int, view: StationView) -> dict[str, object]:
         "session": view.session,
         "setup": str(view.setup),
         "position_mm": view.position_mm,
-        "position_counts": view.position,
-        "controller_counts": view.controller_count,
+        "encoder_counts": settled.position,
+        "controller_counts": settled.controller_count,
         "requested": view.requested,
-        "completed": view.completed,
-        "inserted_counts": view.inserted_counts,
+        "completed": settled.completed,
+        "inserted_counts": settled.inserted_counts,
         "step_counts": view.step_counts,
+        "audit": station.audit,
         **asdict(view.counters),
     }

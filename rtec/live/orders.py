@@ -152,4 +152,13 @@ def carry_out(order: Order, stations: Sequence[Station]) -> None:
         here = ", ".join(str(s.settings.axis) for s in stations)
         raise ArgumentError("axis", order.axis or "", f"an axis of this process: {here}")
     for station in meant:
+        view = station.view
+        if order.word is Word.GO and view.held and not view.homing:
+            raise ArgumentError(
+                "go",
+                f"axis {station.settings.axis}",
+                "order 'home' first",
+                problem="cannot move: the machine is held",
+            )
+    for station in meant:
         order.act(station)

@@ -157,10 +157,10 @@ def _note(found: Survey, frame: Frame, at_ps: int) -> None:
         found.entry_ps = at_ps
     if kind is Kind.REQUEST and not found.first_axis:
         found.first_axis = axis
+    if kind in _BEFORE and (found.entry_ps < 0 or frame.identifier not in found.before):
+        found.before[frame.identifier] = frame
     if kind in found.role.kinds:
         found.played += 1
-        if kind in _BEFORE and (found.entry_ps < 0 or frame.identifier not in found.before):
-            found.before[frame.identifier] = frame
         return
     found.compared += 1
     found.kinds.add(kind)

@@ -10,7 +10,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from rtec.errors import FileFormatError, LinkError
-from rtec.link._frame_kernels import AXIS_BITS
+from rtec.link._frame_kernels import AT_HOME, AXIS_BITS, CORRECTIONS_ACCEPTED, field
 from rtec.link._log_formats import Logged
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.logs import read_log
@@ -21,6 +21,7 @@ from rtec.live.compared import ReplayComparison
 from rtec.live.figures import spread_ms
 from rtec.live.played import CYCLE_PS, Role, Survey, kind_of
 from rtec.live.replayed_side import ReplayedSide, resealed
+from rtec.live.steady import SteadyTransport
 from rtec.requester.status import BoxState
 from rtec.units import PS_PER_MS, PS_PER_S
 
@@ -37,6 +38,24 @@ def tolerance_of(found: Survey) -> int:
     100
     """
     return round(CYCLES * max(found.cycle_ps, CYCLE_PS) / PS_PER_MS) * PS_PER_MS
+
+
+QUIET_PS, LONGEST_DRAIN_PS = 2 * PS_PER_MS, PS_PER_S
+"""Silence after which nothing old waits to be read any more; longest wait for it on a bus that is never silent."""
+
+_STATE_BITS = 7
+
+
+def _beginning(status: Frame | None, corrections: Frame | None) -> str | None:
+    """Return what decides whether a box can follow a log from its beginning, in words; None: it has not said so."""
+    if status is None or len(status.data) != PAYLOAD_BYTES:
+        return None
+    state = status.data[3] & _STATE_BITS
+    words = BoxState(state).name if state in list(BoxState) else f"in state {state}"
+    words += ", at home" if status.data[3] & AT_HOME else ", not at home"
+    if corrections is not None and len(corrections.data) == PAYLOAD_BYTES:
+        words += f", with a total of {field(corrections.payload, *CORRECTIONS_ACCEPTED)}"
+    return words
 
 
 class ReplayRun:
@@ -72,7 +91,7 @@ class ReplayRun:
         show: Callable[[float], None] = lambda share: None,
     ) -> None:
         self.found, self.speed, self.tolerance_ps = found, speed, tolerance_ps
-        self._path, self._transport = path, transport
+        self._path, self._transport = path, SteadyTransport(transport)
         self._start_up_s, self._show = start_up_s, show
         self._within_ps = round(tolerance_ps * speed)
         absent = {Kind.SETUP, Kind.EXPECTED} - found.kinds  # logs from before these messages
@@ -81,6 +100,8 @@ class ReplayRun:
         self._begin_ps: int | None = None
         self.met = False
         """Whether the node under test was heard at all."""
+        self.stale: list[int] = []
+        """Axes whose box is not as that of the log at its beginning; nothing is played then."""
         self.lost = False
         """Whether the bus vanished before the end."""
         self.late_ps = array("q")
@@ -99,14 +120,20 @@ class ReplayRun:
     @property
     def passed(self) -> bool:
         """Return whether the node answered as in the log."""
-        return self.met and not self.lost and not self.comparison.differences and not self.comparison.garbled
+        went = self.met and not self.stale and not self.lost
+        return went and not self.comparison.differences and not self.comparison.garbled
 
     def run(self) -> None:
         """Meet the node, play the log, compare."""
         self.met = self._meet()
         if not self.met:
             return
-        self._begin_ps = self._transport.now_ps()
+        self._drain()
+        if self.found.role is Role.PC and self.found.homes:
+            self._find_stale()
+        if self.stale:
+            return
+        self._begin_ps, stalled_before_ps = self._transport.now_ps(), self._transport.stalled_ps
         for received in self._recent:
             self._compare(received)
         length_ps = self.found.end_ps - self.found.entry_ps
@@ -124,6 +151,11 @@ class ReplayRun:
             length_ps = self.comparison.heard_ps
             self.lost = True
         self.comparison.finish(length_ps)
+        if stalled_ps := self._transport.stalled_ps - stalled_before_ps:
+            self.notes.append(
+                f"this process was not let run: its clock stood still, {stalled_ps / PS_PER_MS:.0f} ms "
+                "in all; where the box ran on meanwhile, it may have lost the PC of the log"
+            )
         self.run_s = (self._transport.now_ps() - self._begin_ps) / PS_PER_S
 
     def _meet(self) -> bool:
@@ -151,10 +183,30 @@ class ReplayRun:
                 if received is None:
                     break
                 self._take(received)
-        statuses = (frame for key, frame in self._heard.items() if key & ~AXIS_BITS == Kind.STATUS)
-        if any(frame.data[3] & 7 == BoxState.FATAL for frame in statuses):
-            self.notes.append("the box has stopped for good before the log begins: switch it off and on")
         return True
+
+    def _drain(self) -> None:
+        """Take what was said before now and still waits to be read: it is no answer to what is played."""
+        until_ps = self._transport.now_ps() + LONGEST_DRAIN_PS
+        while (now_ps := self._transport.now_ps()) < until_ps:
+            received = self._transport.receive(now_ps + QUIET_PS)
+            if received is None:
+                return
+            self._take(received)
+
+    def _find_stale(self) -> None:
+        """Note which boxes are not as those of the log were before the PC spoke."""
+        for axis in sorted(self.found.axes):
+            logged, now = (
+                _beginning(frames.get(Kind.STATUS + axis), frames.get(Kind.CORRECTIONS + axis))
+                for frames in (self.found.before, self._heard)
+            )
+            if None not in (logged, now) and logged != now:
+                self.stale.append(axis)
+                self.notes.append(
+                    f"the box of axis {axis} is not as that of the log at its beginning: it is {now}, that was "
+                    f"{logged}; start 'rtec box' anew"
+                )
 
     def _take(self, received: Received) -> None:
         frame = received.frame
@@ -210,6 +262,7 @@ def replay_document(run: ReplayRun) -> dict[str, object]:
         "as": found.role.value,
         "passed": run.passed,
         "met": run.met,
+        "stale": run.stale,
         "lost": run.lost,
         "speed": run.speed,
         "tolerance_ms": run.tolerance_ps / PS_PER_MS,

@@ -13,6 +13,8 @@ ALARM_WORDS = {
     Alarm.ILLEGAL: "the controller stopped the drive: both of its lines changed at once",
 }
 
+_SHOWN = 5
+
 
 def box_words(view: StationView) -> str:
     """Return what the axis and its box are doing.
@@ -32,6 +34,8 @@ def box_words(view: StationView) -> str:
     if not view.powered:
         return "the box has no power: A and B go through as they are, and the machine is held"
     words = view.status.meaning
+    if view.status is Status.LINK_LOST:
+        words = f"{words}; {refused_words(view)}"
     if view.box_state is BoxState.FATAL:
         words = f"stopped for good, hold contact open: {words}"
     if view.alarm is not Alarm.NONE:
@@ -41,6 +45,18 @@ def box_words(view: StationView) -> str:
     if view.homing and view.box_state is not BoxState.NOT_HOMED:
         words = f"{words}; taken home, where it stays until a PC starts up anew (rtec pc --reset)"
     return words
+
+
+def refused_words(view: StationView) -> str:
+    """Return which frames were heard in place of a valid request, and why the box did not take them."""
+    found = [
+        f"{times} x {identifier:#05x} ({why})"
+        for (identifier, why), times in sorted(view.refused_since_heard.items(), key=lambda item: -item[1])
+    ]
+    if not found:
+        return "nothing was heard"
+    more = f", {len(found) - _SHOWN} other kinds" if len(found) > _SHOWN else ""
+    return f"heard and not taken: {', '.join(found[:_SHOWN])}{more}"
 
 
 def pc_words(view: PcView) -> str:

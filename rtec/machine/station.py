@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from rtec._jit import Record, prepared
@@ -10,13 +11,21 @@ from rtec.errors import ArgumentError
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
+from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
 from rtec.machine.moves import Move
+from rtec.machine.refused_frames import TAKEN, refusals, why_refused
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
+from rtec.requester.status import BoxState
 from rtec.signal import NEVER
+from rtec.units import PS_PER_MS
 
 __all__ = ["Alarm", "LineChange", "Move", "Station", "StationSettings", "StationView"]
+
+_LINES_SETTLE_PS = PS_PER_MS
+"""A change of the lines has passed box and filter, and is decoded by the controller, after so long."""
+_MOST_REFUSED = 100
 
 
 class Station:
@@ -57,6 +66,12 @@ class Station:
         self._now_ps = start_ps
         self._heard = False
         self._begun: dict[FaultRow, Record] = {}
+        self._goes_home_ps: int | None = None
+        self._lines_settled_ps = start_ps
+        self._was_running = self._was_held = self._interrupted = False
+        self._refused: Counter[tuple[int, str]] = Counter()
+        self.moves_forgotten = 0
+        """Moves of :meth:`go` and :meth:`follow` that were interrupted before they came to their end."""
 
     @property
     def now_ps(self) -> int:
@@ -77,10 +92,14 @@ class Station:
         sent: list[tuple[int, Frame]] = []
         out = self._state.node.out
         while self._now_ps < until_ps:
-            self._now_ps = int(self._run(*self._axes.parts, self._axes.steps, until_ps))
+            goal_ps = until_ps if self._goes_home_ps is None else min(until_ps, self._goes_home_ps)
+            self._now_ps = int(self._run(*self._axes.parts, self._axes.steps, goal_ps))
             for k in range(int(out.waiting)):
                 sent.append((self._now_ps, Frame.of_payload(int(out.identifier[k]), int(out.payload[k]))))
             out.waiting = 0
+            if self._goes_home_ps is not None and self._now_ps >= self._goes_home_ps:
+                self._start_home()
+            self._note_interruption()
         return sent
 
     @property
@@ -104,12 +123,21 @@ class Station:
     def receive(self, frame: Frame) -> None:
         """Hand the box a frame at the present time; what is none of its messages is passed over."""
         self._heard = True
+        watches = self._is_running
+        before = refusals(self._state.node) if watches else ()
         if len(frame.data) == PAYLOAD_BYTES and not frame.extended:
             _station_kernels.receive(self._state, self._now_ps, frame.identifier, frame.payload)
+        if watches:
+            self._note_refusal(frame, why_refused(frame, self.settings.axis, before, refusals(self._state.node)))
 
     def follow(self, moves: Sequence[Move]) -> None:
-        """Make other moves from here on, one after the other."""
+        """Make other moves from here on, one after the other.
+
+        Once they are interrupted, by a hold, a restart of the box or an order to go home, they are forgotten: after
+        the next homing the axis stands at home.
+        """
         self._axes.follow([moves])
+        self._was_running, self._interrupted = self._is_running, False
         self._state.repeats = 0
         self._state.moving_to = 0
         self._state.arrived_ps = NEVER
@@ -119,8 +147,14 @@ class Station:
         self.follow([Move(target_mm=target_mm, speed_mm_s=speed_mm_s)])
 
     def go_home(self) -> None:
-        """Take the axis back to its home, held or not, as the operator would, and clear the controller's alarm."""
-        _station_kernels.go_home(self._state)
+        """Take the axis back to its home, held or not, as the operator would, and clear the controller's alarm.
+
+        Where a fault of the lines has just ended, it begins a millisecond later: until then the controller may still
+        see the lines jump.
+        """
+        self._goes_home_ps = max(self._lines_settled_ps, self._now_ps)
+        if self._goes_home_ps == self._now_ps:
+            self._start_home()
 
     def trip(self) -> None:
         """Trip the probe."""
@@ -157,6 +191,8 @@ class Station:
 
     def end(self, kind: FaultRow) -> None:
         """Let a fault of the axis end."""
+        if kind.category is FaultCategory.ENCODER:
+            self._lines_settled_ps = self._now_ps + _LINES_SETTLE_PS
         record = self._begun.pop(kind, None)
         self.change(self._record_of(kind, Trigger.AT_ONCE) if record is None else record, begins=False)
 
@@ -194,9 +230,51 @@ class Station:
         return self._axes.settled_views()[0]
 
     @property
+    def audit(self) -> bool:
+        """Return whether the controller counts the true position and what the box says it has inserted, no more.
+
+        What is under way is brought to its end on a copy, so that looking changes nothing.
+        """
+        view = self.settled_view
+        inserted = view.step_counts * view.completed
+        return view.inserted_counts == inserted and view.controller_count == view.position + inserted
+
+    @property
     def view(self) -> StationView:
         """Return what happens."""
-        return station_view(self._state, self.settings)
+        return station_view(self._state, self.settings, self._refused)
+
+    @property
+    def _is_running(self) -> bool:
+        return bool(self._state.node.box.state == BoxState.RUNNING)
+
+    def _note_refusal(self, frame: Frame, why: str | None) -> None:
+        """Keep what was refused since the PC's last sign of life; of many kinds of frames, the first."""
+        if why == TAKEN:
+            self._refused.clear()
+        elif why is not None and (len(self._refused) < _MOST_REFUSED or (frame.identifier, why) in self._refused):
+            self._refused[frame.identifier, why] += 1
+
+    def _start_home(self) -> None:
+        self._goes_home_ps = None
+        _station_kernels.go_home(self._state)
+        if not self._state.repeats:
+            self._forget_moves()
+
+    def _note_interruption(self) -> None:
+        """Forget the moves that were interrupted once the feed is down; a program begins anew when it is homed."""
+        state = self._state
+        running, held = self._is_running, bool(state.held_ps != NEVER)
+        stops = (held and not self._was_held) or (self._was_running and not running)
+        self._was_running, self._was_held = running, held
+        self._interrupted = (self._interrupted or stops) and not state.repeats
+        if self._interrupted and (running or state.override == 0.0):
+            self._forget_moves()
+
+    def _forget_moves(self) -> None:
+        targets = self._axes.parts[0][1][0][0]
+        self.moves_forgotten += int(self._state.moving_to < targets.size)
+        self.follow([])
 
     def _record_of(self, kind: FaultRow, trigger: Trigger) -> Record:
         if kind.place is not FaultPlace.AXIS:

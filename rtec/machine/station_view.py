@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from rtec._jit import Record
 from rtec.machine import _line_kernels
@@ -95,6 +97,8 @@ class StationView:
     """Taken home by the operator; there it stays until the PC starts up and the position becomes zero."""
     alarm: Alarm
     counters: BoxCounters
+    refused_since_heard: dict[tuple[int, str], int]
+    """Frames that the running box has refused since the PC's last sign of life, by identifier and reason."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,8 +112,10 @@ class LineChange:
     """``lines``, ``lines_out``: levels from then on at the encoder's side and at the controller's, A + 2 B."""
 
 
-def station_view(state: Record, settings: StationSettings) -> StationView:
-    """Return what a kernel's state says."""
+def station_view(
+    state: Record, settings: StationSettings, refused: Mapping[tuple[int, str], int] = MappingProxyType({})
+) -> StationView:
+    """Return what a kernel's state says, with the frames that were refused."""
     node, injector = state.node, state.injector
     return StationView(
         now_ps=int(state.servo.now_ps),
@@ -135,4 +141,5 @@ def station_view(state: Record, settings: StationSettings) -> StationView:
         homing=bool(state.going_home),
         alarm=Alarm(int(state.alarm)),
         counters=BoxCounters.of(state),
+        refused_since_heard=dict(refused),
     )

@@ -80,16 +80,6 @@ class BenchBox(Station):
         """Return the number of the axis."""
         return self.settings.axis
 
-    @property
-    def audit(self) -> bool:
-        """Return whether the controller counts the true position and what the box says it has inserted, no more.
-
-        What is under way is brought to its end on a copy, so that looking changes nothing.
-        """
-        view = self.settled_view
-        inserted = view.step_counts * view.completed
-        return view.inserted_counts == inserted and view.controller_count == view.position + inserted
-
 
 def bench_of(
     *,

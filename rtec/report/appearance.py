@@ -166,12 +166,4 @@ def joined(words: Iterable[str]) -> str:
     return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + " and " + parts[-1] if parts else ""
 
 
-def printable(text: str) -> str:
-    r"""Return text of one line without signs that cannot be shown.
-
-    Examples
-    --------
-    >>> printable("z axis\x00\ud800, 1 inch")
-    'z axis��, 1 inch'
-    """
-    return "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(text.split()))
+printable = readable.printable

@@ -136,14 +136,20 @@ def _lay_out(figure: Figure) -> None:
 
 def _file_of(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a file, without a date."""
-    nothing: dict[str, dict[str, str | None]] = {
+    metadata: dict[str, dict[str, str | None]] = {
         ".svg": {"Date": None, "Creator": "rtec"},
-        ".png": {"Software": None},
+        ".png": {"Software": None, "Description": _titles(figure)},
         ".pdf": {"CreationDate": None, "Producer": None, "Creator": "rtec"},
     }
     made = io.BytesIO()
-    figure.savefig(made, format=suffix[1:], metadata=nothing[suffix], dpi=DPI)
+    figure.savefig(made, format=suffix[1:], metadata=metadata[suffix], dpi=DPI)
     return made.getvalue()
+
+
+def _titles(figure: Figure) -> str | None:
+    """Return the titles of the panels, with the figures in them, a line for each panel; None without any."""
+    panels = ([axes.get_title(loc=side) for side in ("left", "center", "right")] for axes in figure.axes)
+    return "\n".join("  ".join(filter(None, panel)) for panel in panels).strip() or None
 
 
 def legend_above(figure: Figure | SubFigure, axes: Axes, columns: int) -> None:

@@ -13,7 +13,8 @@ from rtec.io import write_text
 from rtec.metrology import Readings, measurement_of_readings, write_laser_file, write_measurement
 from rtec.report.appearance import Scale, printable, scale_of
 from rtec.report.document import study_document
-from rtec.report.illustrations import Illustration, illustrations
+from rtec.report.drawn import Illustration
+from rtec.report.illustrations import illustrations
 from rtec.report.page import page_values
 from rtec.report.page_folder import write_page_folder
 from rtec.report.search import search_figures

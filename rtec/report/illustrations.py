@@ -3,61 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from rtec.report.appearance import Scale, joined, look_of
+from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_cyclic import cyclic_figure
 from rtec.report.figures_feed import feed_figure
 from rtec.report.figures_hold import hold_figure
 from rtec.report.figures_positioning import positioning_figure
 from rtec.report.figures_residual import residual_figure
-from rtec.report.figures_style import figure_style, rendered
 from rtec.report.figures_summary import summary_figure
 from rtec.report.figures_waveform import waveform_figure
 from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Illustration:
-    """A figure that is ready for the page and for files."""
-
-    name: str
-    """File name without ending; also the anchor on the page."""
-    title: str
-    caption: str
-    """For the reader."""
-    svg: bytes
-    png: bytes
-    """The figure."""
-
-
-class Plate(NamedTuple):
-    """A figure to be drawn, with its words as in `Illustration`."""
-
-    name: str
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
-    """None where there is nothing to show."""
-
-
-def drawn(plates: Iterable[Plate]) -> list[Illustration]:
-    """Draw the figures for which there is something to show."""
-    found = []
-    with figure_style():
-        for plate in plates:
-            if (figure := plate.draw()) is not None:
-                svg, png = rendered(figure)
-                found.append(
-                    Illustration(name=plate.name, title=plate.title, caption=plate.caption, svg=svg, png=png)
-                )
-    return found
 
 
 def illustrations(result: StudyResult, scale: Scale) -> list[Illustration]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rtec.io import json_text, whole_folder, write_text
-from rtec.report.illustrations import Illustration
+from rtec.report.drawn import Illustration
 from rtec.report.rendering import html_page
 
 PAGE = "report.html"

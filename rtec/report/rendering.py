@@ -8,7 +8,7 @@ import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from rtec.report.illustrations import Illustration
+from rtec.report.drawn import Illustration
 
 
 def html_page(template: str, figures: Iterable[Illustration], **values: object) -> str:

@@ -12,7 +12,7 @@ from rtec.campaign.safety_matrix import LATE_S, Outcome, Trial
 from rtec.campaign.safety_variants import Variant, impossible
 from rtec.campaign.soak import Soak
 from rtec.injector import Design
-from rtec.injector.design import IN_PATH
+from rtec.injector.design import BESIDE, IN_PATH
 from rtec.machine.faults import FaultKind
 from rtec.report.rendering import csv_text, markdown_page
 
@@ -200,25 +200,26 @@ def _impossible(case: SafetyCase) -> list[tuple[str, str]]:
 
 
 def _soak(soak: Soak) -> dict[str, object]:
-    fired, outcomes = soak.fired(), soak.outcomes()
-    main = soak.beside
-    lost = Counter(episode.injected[0].variant for episode in soak.undetected(upstream=True))
+    fired, outcomes = soak.fired(), soak.outcomes
+    lost = Counter(episode.injected[0].variant for episode in soak.undetected("before the box"))
     return {
         "hours": soak.hours(),
-        "episodes": len(main),
+        "by_design": "; ".join(
+            f"{', '.join(design.short for design in group)} {soak.hours(group):.1f} h" for group in (BESIDE, IN_PATH)
+        ),
+        "episodes": len(soak.episodes),
         "minutes": soak.plan.episode_s / 60,
         "faults": sum(fired.values()),
-        "checks_million": sum(episode.checks for episode in main) / 1e6,
-        "travel_km": sum(episode.travel_mm for episode in main) / 1e6,
+        "checks_million": sum(episode.checks for episode in soak.episodes) / 1e6,
+        "travel_km": sum(episode.travel_mm for episode in soak.episodes) / 1e6,
         "tolerated": outcomes[Outcome.TOLERATED],
         "stops": outcomes[Outcome.SAFE_STOP],
-        "undetected": len(soak.undetected(upstream=False)),
-        "upstream": len(soak.undetected(upstream=True)),
-        "hours_b": soak.hours(IN_PATH),
-        "outcomes_b": ", ".join(f"{end.value} {count}" for end, count in soak.outcomes(IN_PATH).most_common()),
+        "undetected": len(soak.undetected()),
+        "upstream": len(soak.undetected("before the box")),
+        "processor": len(soak.undetected("with the processor")),
         "by_class": ", ".join(f"{kind.value} {fired[kind]}" for kind in FaultKind),
-        "by_phase": _counted(injected.phase.value for episode in main for injected in episode.injected),
-        "held_by": _counted(episode.reason for episode in main if episode.outcome is Outcome.SAFE_STOP),
+        "by_phase": _counted(injected.phase.value for episode in soak.episodes for injected in episode.injected),
+        "held_by": _counted(episode.reason for episode in soak.episodes if episode.outcome is Outcome.SAFE_STOP),
         "lost": [(variant.name, count, variant.kind.seen_by) for variant, count in lost.most_common()],
     }
 

@@ -8,8 +8,8 @@ from rtec.report.appearance import joined, number, printable
 from rtec.report.diagnosis import chapters, diagnosis_figures
 from rtec.report.diagnosis.quantities import Shown, shown_of
 from rtec.report.diagnosis.sentence import spoken
+from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_rounds import rounds_figure
-from rtec.report.illustrations import Illustration, Plate, drawn
 from rtec.study.results import Learned, StudyResult
 
 PREFIX = "axis-"

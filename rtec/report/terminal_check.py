@@ -10,6 +10,7 @@ from rtec.conformance.results import Verdict
 
 RESULTS = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
 
+_LONGEST_COMMAND = 8_000
 _MOST_EVENTS = 40
 """Of a stream that breaks nothing, to be printed."""
 
@@ -55,5 +56,9 @@ def show_worst(console: Console, verdict: Verdict, worst: str) -> None:
     long = len(verdict.worst.case.stream) > _MOST_EVENTS
     what = f"narrowest that is right: {verdict.worst.case.title}" if violation is None else f"worst case: {violation}"
     console.print(Text(what), soft_wrap=True)
-    if violation is not None or not long:
+    if len(worst) > _LONGEST_COMMAND:
+        events = len(verdict.worst.case.stream)
+        text = f"its stream has {events} events: write worst_stream of --json to a file, and --stream FILE plays it"
+        console.print(Text(text), soft_wrap=True)
+    elif violation is not None or not long:
         console.print(Text(f"play it again: {worst}"), soft_wrap=True)

@@ -111,10 +111,11 @@ def _again(trial: Trial, seed: int) -> str:
 
 
 def _show_soak(console: Console, soak: Soak) -> None:
-    fired, outcomes = soak.fired(), soak.outcomes()
+    fired, outcomes = soak.fired(), soak.outcomes
     console.print(
         f"Soak: {soak.hours():.1f} h in {len(soak.episodes)} episodes, {sum(fired.values())} faults of {len(fired)} "
         f"classes; tolerated {outcomes[Outcome.TOLERATED]}, safe stop {outcomes[Outcome.SAFE_STOP]}, "
-        f"lost before the box {len(soak.undetected(upstream=True))}, "
-        f"undetected {len(soak.undetected(upstream=False))}"
+        f"lost before the box {len(soak.undetected('before the box'))}, "
+        f"with Design B's processor {len(soak.undetected('with the processor'))}, "
+        f"undetected {len(soak.undetected())}"
     )

@@ -13,7 +13,7 @@ from rtec.errors import ArgumentError
 from rtec.injector import Totals
 from rtec.injector.waves import counts_along, insertions
 from rtec.report.figures_style import new_figure
-from rtec.report.palette import ALARM, INK, REVERSE_LINE, STATE, STATE_EDGE
+from rtec.report.palette import ALARM, FORWARD, INK, REVERSE_LINE, STATE, STATE_EDGE
 from rtec.signal import EdgeStream, states_of_levels
 from rtec.units import PS_PER, PS_PER_S, symbol
 
@@ -108,7 +108,8 @@ def waveform(
     axes = figure.add_subplot()
     low, high = draw_groups(axes, view, groups)["controller"]
     axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
-    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=start_ps):
+    booked_ps = completed.times_ps[completed.times_ps <= start_ps].max(initial=0)
+    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=int(booked_ps)):
         shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
     for index, (t_ps, word) in enumerate(marks):
         _mark(axes, view, t_ps, word, index)
@@ -238,7 +239,7 @@ def shade(axes: Axes, view: View, begin_ps: int, end_ps: int, low: float, high: 
         return
     pad = 0.004 * (view.x(view.stop_ps) - view.x(view.start_ps))
     span = (view.x(max(begin_ps, view.start_ps)) - pad, view.x(min(end_ps, view.stop_ps)) + pad)
-    axes.fill_between(span, low, high, color=ALARM, alpha=_SHADE, linewidth=0, zorder=3)
+    axes.fill_between(span, low, high, color=FORWARD, alpha=_SHADE, linewidth=0, zorder=3)
 
 
 def _mark(axes: Axes, view: View, t_ps: int, word: str, index: int) -> None:

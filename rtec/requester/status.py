@@ -40,7 +40,7 @@ class Status(Code):
         "I Still Don't Believe You: three requests in a row beyond the window",
     )
     REFUSED_TOO_FAST = _box_kernels.REFUSED_TOO_FAST, "the axis is too fast to insert; what is asked for waits"
-    LINK_LOST = _box_kernels.LINK_LOST, "nothing was heard from the PC for longer than the watchdog timeout"
+    LINK_LOST = _box_kernels.LINK_LOST, "no valid request from the PC for longer than the watchdog timeout"
     HELD = _box_kernels.HELD, "a PC on the bus holds the machine"
     AXIS_TAKEN = _box_kernels.AXIS_TAKEN, "another box on the bus has this axis' number"
     IMPLAUSIBLE = _box_kernels.IMPLAUSIBLE, "the PC asked for a total beyond the limit"

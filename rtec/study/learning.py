@@ -94,7 +94,7 @@ def learn(study: Study, machine: Machine, reporter: Reporter) -> Learned:
         rounds.append(
             _searched(study, rounds, plan, taken, machine_s, reporter(f"searching for effects{again}", SEARCHING_S))
         )
-        plan = _asked_for(study.calibration, rounds[-1].diagnosis)
+        plan = second_plan(study.calibration, rounds[-1].diagnosis)
     diagnosis = rounds[-1].diagnosis
     predictor, left_out = _predictor(study, diagnosis.model)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]
@@ -141,7 +141,7 @@ def _less(model: Model, readings: Readings) -> NDArray[np.float64]:
     return left
 
 
-def _asked_for(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | None:
+def second_plan(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | None:
     """Return the program that shows what the targets of a search hide; None where it asks for none.
 
     One run over the same travel, with the targets at the distance that the search asks for.

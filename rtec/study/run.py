@@ -73,11 +73,11 @@ def run_study(
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)
         # what does not depend on the predictor begins before it is known
-        rows = [jobs.row("uncompensated", _troubled(study, _machine(study)))]
+        rows = [jobs.row("uncompensated", _troubled(study, machine_of(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
         learned = None
         if study.learns:
-            learned = learn(study, _machine(study), workers.reporter)
+            learned = learn(study, machine_of(study), workers.reporter)
             study = replace(study, model=learned.predictor, left_out=learned.left_out)
         rows += [jobs.row(name, machine) for name, machine in _corrected(study)]
         feeds = [jobs.feed(study, design) for design in study.designs]
@@ -152,7 +152,8 @@ def _command(study: Study) -> str:
     return shlex.join(words)
 
 
-def _machine(study: Study) -> Machine:
+def machine_of(study: Study) -> Machine:
+    """Return the machine of a study without a box."""
     return Machine(
         axis_error=study.axis_error,
         model=study.model,
@@ -165,13 +166,13 @@ def _machine(study: Study) -> Machine:
 
 
 def _with_box(study: Study, design: Design) -> Machine:
-    return replace(_machine(study), injector=study.injector(design), microcontroller=study.firmware)
+    return replace(machine_of(study), injector=study.injector(design), microcontroller=study.firmware)
 
 
 def _corrected(study: Study) -> list[tuple[str, Machine]]:
     """Return the corrected rows' machines: the controller's own table, each design."""
     table = BidirectionalTable.sampled_from(study.model, _grid(study))
-    own = ("table", _troubled(study, replace(_machine(study), own_table=table)))
+    own = ("table", _troubled(study, replace(machine_of(study), own_table=table)))
     return [own, *((design.value, _troubled(study, _with_box(study, design))) for design in study.designs)]
 
 

@@ -157,6 +157,7 @@ def compare(design, name, hold_latch, seed, readings, monkeypatch=None):
     return draw, processor, script, end_ps, ours, changes
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("hold_latch", [False, True])
 @pytest.mark.parametrize(
     "name", [*PROCESSORS[:3], *(pytest.param(n, marks=pytest.mark.sweep) for n in PROCESSORS[3:])]

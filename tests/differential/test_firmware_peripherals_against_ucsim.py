@@ -307,6 +307,7 @@ def test_main_gets_on_by_as_many_instructions(access):
 # --- serial port ---
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("mode", [1, 3])
 @pytest.mark.parametrize("period", [2, 3, 4, 7])
 def test_frames_end_alike(mode, period):

@@ -37,6 +37,7 @@ def motion(tick_ps, every, way, turn, after):
     return np.array(times, np.int64), np.cumsum(moves)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("processor", PARTS)
 @pytest.mark.parametrize("name", STEP_COUNTS)
 def test_a_turn_between_look_and_latch_loses_no_count(name, processor):

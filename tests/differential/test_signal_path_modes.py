@@ -13,14 +13,13 @@ import pytest
 ROOT = Path(__file__).parents[2]
 UNIT = "tests/unit/"
 BOTH = [
-    UNIT + "injector/test_injector_box.py",
-    UNIT + "injector/test_injector_original.py",
-    UNIT + "controller/test_controller_receiver.py",
+    "tests/differential/test_signal_path_injector.py",
+    "tests/differential/test_signal_path_receiver.py",
     UNIT + "requester/test_requester_dialogue.py",
     UNIT + "axis/test_axis_encoder.py",
     *(UNIT + f"link/test_{name}_kernels.py" for name in ("crc", "frame", "bus")),
 ]
-LONG = ["drift", "cruise", "wrap", "triangular", "as_often", "chunks", "limit_is", "crowds", "three_axes"]
+LONG = ["drift", "cruise", "gives_the_edges", "triangular", "as_often", "chunks", "crowds", "three_axes"]
 MODES = {
     # the long ones are left out; draws of random bits wrap on purpose, of which numpy warns uncompiled
     "NUMBA_DISABLE_JIT": [
@@ -42,4 +41,4 @@ def test_kernels_pass_in_this_mode(mode, tmp_path):
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False
     )
     assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-1000:]
-    assert int(result.stdout.split(" passed")[0].split()[-1]) > 190
+    assert int(result.stdout.split(" passed")[0].split()[-1]) > 130

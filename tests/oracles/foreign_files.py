@@ -82,9 +82,6 @@ def by_pass(target: float) -> dict[tuple[int, int], Reading]:
     return {(one.run, one.direction): one for one in readings() if one.target_mm == target}
 
 
-# ---- separators and decimal marks
-
-
 @layout
 def contract() -> Foreign:
     body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
@@ -183,9 +180,6 @@ def unicode_minus() -> Foreign:
     return Foreign("minus.csv", text(["Run;Direction;Target [mm];Deviation [µm]", *body]).encode())
 
 
-# ---- encodings
-
-
 @layout
 def latin_1() -> Foreign:
     body = rows(lambda r: f"{r.target_mm},{r.deviation_um},{r.direction},{r.run}")
@@ -222,9 +216,6 @@ def old_mac_line_ends() -> Foreign:
 def dos_end_of_file() -> Foreign:
     body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
     return Foreign("DOS.CSV", text(["run,direction,target_mm,deviation_um", *body], "\r\n").encode() + b"\x1a")
-
-
-# ---- titles, unit rows, what stands below
 
 
 @layout
@@ -282,9 +273,6 @@ def empty_lines_between_passes() -> Foreign:
 def line_numbers() -> Foreign:
     body = [f"{n};{r.run};{r.direction};{r.target_mm};{r.deviation_um}" for n, r in enumerate(readings(), 1)]
     return Foreign("numbered.csv", text(["No.;Run;Direction;Target [mm];Error [um]", *body]).encode())
-
-
-# ---- headings
 
 
 @layout
@@ -399,9 +387,6 @@ def statistics_beside() -> Foreign:
     )
 
 
-# ---- directions, runs, times
-
-
 @layout
 def signs() -> Foreign:
     body = rows(lambda r: f"{r.run},{'+' if r.direction > 0 else '-'},{r.target_mm},{r.deviation_um}")
@@ -486,9 +471,6 @@ def date_and_time_columns() -> Foreign:
     return Foreign("datum.csv", text(["Datum;Zeit;Lauf;Richtung;Soll [mm];Abweichung [µm]", *body]).encode())
 
 
-# ---- empty cells
-
-
 @layout
 def empty_and_not_available() -> Foreign:
     body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
@@ -510,9 +492,6 @@ def contract_with_an_empty_cell() -> Foreign:
 def an_empty_column() -> Foreign:
     body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},")
     return Foreign("notemp.csv", text(["run,direction,target_mm,deviation_um,temperature_degc", *body]).encode())
-
-
-# ---- wide tables
 
 
 @layout
@@ -582,9 +561,6 @@ def a_target_a_column() -> Foreign:
     return Foreign("across.csv", text(lines).encode(), notes=("each row for a pass",))
 
 
-# ---- units in cells
-
-
 @layout
 def units_in_cells() -> Foreign:
     body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)} mm;{comma(r.deviation_um, 1)} µm")
@@ -641,9 +617,6 @@ def wide_with_units_in_cells() -> Foreign:
     head = ["Position", *(f"{run}{'+' if way > 0 else '-'}" for run, way in passes)]
     body = [";".join([f"{t} mm", *(f"{by_pass(t)[one].deviation_um} um" for one in passes)]) for t in TARGETS]
     return Foreign("widecells.csv", text([";".join(head), *body]).encode())
-
-
-# ---- several tables
 
 
 def of_run(run: int) -> list[str]:
@@ -768,9 +741,6 @@ def runs_beside_forward_and_reverse() -> Foreign:
         for t in TARGETS
     ]
     return Foreign("ways.csv", text(["Run;Position [mm];Forward [um];Reverse [um]", *body]).encode())
-
-
-# ---- what was misread, or asked about without need
 
 
 @layout
@@ -913,9 +883,6 @@ def labview() -> Foreign:
     return Foreign("test.lvm", text(lines, "\r\n").encode())
 
 
-# ---- laser systems
-
-
 @layout
 def thesis_laser() -> Foreign:
     lines = ["Position       LasRead   LinearError Status AirTemp AirPress MatTemp"]
@@ -980,9 +947,6 @@ def laser_export_with_sections() -> Foreign:
     body = rows(lambda r: f"{r.target_mm}\t{r.run}\t{'Forward' if r.direction > 0 else 'Reverse'}\t{r.deviation_um}")
     foot = ["", "Environmental Data:", "Air Temperature: 20.1", "Air Pressure: 1013.2"]
     return Foreign("export.asc", text([*head, "(mm)\t\t\t(um)", *body, *foot]).encode(), notes=("left out",))
-
-
-# ---- workbooks
 
 
 def book(sheets: dict[str, list[list[object]]], hidden: Iterable[str] = ()) -> bytes:

@@ -37,16 +37,6 @@ def whitened(columns: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.linalg.solve(np.linalg.cholesky(matrix), columns.T).T
 
 
-def generalised_rss(columns: np.ndarray, observed: np.ndarray, matrix: np.ndarray) -> float:
-    """Residual of generalised least squares, by the inverse of the covariance; columns of shape (columns, rows)."""
-    inverse = np.linalg.inv(matrix)
-    if not columns.size:
-        return float(observed @ inverse @ observed)
-    numbers = np.linalg.solve(columns @ inverse @ columns.T, columns @ inverse @ observed)
-    left = observed - numbers @ columns
-    return float(left @ inverse @ left)
-
-
 def log_marginal(
     observed: np.ndarray, columns: np.ndarray, deviations: np.ndarray, matrix: np.ndarray, *, datum: bool
 ) -> float:

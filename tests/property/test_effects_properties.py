@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from rtec.effects import LIBRARY, BuildUpShape, Conditions, CyclicShape, HeatShape, Shape, effect_named
-from rtec.effects._heat import SensorShape
 from rtec.effects.gravity import GravityShape
 from rtec.effects.hysteresis import HysteresisShape
 from rtec.effects.lost_counts import StepShape
@@ -18,6 +17,8 @@ from rtec.effects.stribeck import StribeckShape
 from rtec.effects.thermal_growth import GrowthShape
 from rtec.effects.warm_up import WarmShape
 from rtec.effects.windup import WindupShape
+
+SensorShape = effect_named("refraction").shape_type
 
 SEEDS = st.integers(0, 2**32 - 1)
 SHAPES = {

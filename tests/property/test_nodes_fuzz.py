@@ -112,9 +112,6 @@ def test_the_quick_checksum_is_that_of_the_division():
         assert frame_checksum(identifier, data) == checksum_bit_by_bit(identifier, data)
 
 
-# ------------------------------------------------------------------ the box
-
-
 class BoxUnderFire:
     """A box that stands at home, and the model beside it."""
 
@@ -243,9 +240,6 @@ def box_under_fire(frames, seed=7):
     # it was no monologue: many were judged, and every way to stop was gone
     assert box.believed > frames / 50
     assert {"LINK_LOST", "HELD", "AXIS_TAKEN", "I_STILL_DONT_BELIEVE_YOU", "IMPLAUSIBLE", "SETUP_DIFFERS"} <= box.ends
-
-
-# ------------------------------------------------------------------ the PC
 
 
 class PcUnderFire:

@@ -25,6 +25,7 @@ def interpolated(positions: list[float], errors: list[float], x: float) -> float
     return errors[after - 1] + slope * (x - left)
 
 
+@settings(deadline=None)  # the first call may wait for the compiler
 @given(POSITIONS, ERRORS, ERRORS, WHERE)
 def test_a_table_is_its_chords_and_stays_between_its_neighbours(positions, forward, reverse, x):
     n = len(positions)
@@ -41,6 +42,7 @@ def test_a_table_is_its_chords_and_stays_between_its_neighbours(positions, forwa
         assert table.error_mm(positions, direction).tolist() == errors
 
 
+@settings(deadline=None)
 @given(POSITIONS, ERRORS, st.integers(-500, 500), WHERE)
 def test_backlash_is_the_same_everywhere(positions, errors, backlash, x):
     table = UnidirectionalTable(
@@ -49,7 +51,7 @@ def test_backlash_is_the_same_everywhere(positions, errors, backlash, x):
     assert abs(float(table.error_mm(x, REVERSE) - table.error_mm(x, FORWARD)) - backlash / 1000) < 1e-12
 
 
-@settings(max_examples=50)
+@settings(max_examples=50, deadline=None)
 @given(st.floats(30.0, 1000.0), st.sampled_from([FORWARD, REVERSE]))
 def test_the_lathe_has_no_jump_but_at_the_multiples_of_the_pitch(x, direction):
     lathe = LatheNetwork()

@@ -21,7 +21,7 @@ from rtec.inference.compare import compare
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Value
-from tests.recovery.evidence import (
+from tools.evidence import (
     TRUTHS,
     Belief,
     Evidence,
@@ -34,7 +34,7 @@ from tests.recovery.evidence import (
     figures_of,
     waves_of,
 )
-from tests.recovery.record import appending, comparison, game_line, going_on, mcnemar, paired, read_games
+from tools.record import appending, comparison, game_line, going_on, mcnemar, paired, read_games
 
 GAME = ExaminedGame(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True, examined=Evidence())
 

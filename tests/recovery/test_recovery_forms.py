@@ -11,11 +11,11 @@ from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.inference.diagnose import diagnose
 from rtec.inference.results import Verdict
-from tests.recovery.rounds import two_rounds
+from tools.rounds import two_rounds
 
 TURN = PLANS["turn"]
 SURE = (Verdict.NAMED, Verdict.LIKELY)
-FEW, MANY = range(3), range(8)
+FEW, MANY = range(1), range(8)
 seeds = pytest.mark.parametrize("seeds", [FEW, pytest.param(MANY, marks=pytest.mark.sweep)], ids=["few", "many"])
 
 
@@ -40,7 +40,7 @@ def test_a_disc_off_centre_and_oval_is_named_from_a_turn(plan, seeds):
 
 @seeds
 def test_what_a_gear_does_in_a_turn_is_cyclic(seeds):
-    assert right(games(("cyclic",), TURN, seeds), "cyclic") >= len(seeds) - 1
+    assert right(games(("cyclic",), TURN, seeds), "cyclic") >= max(1, len(seeds) - 1)
 
 
 @seeds
@@ -54,11 +54,11 @@ def test_over_half_a_turn_a_disc_is_tied_with_a_smooth_error(seeds):
 
 def test_a_turn_without_an_error_has_no_name():
     for plan in (TURN, replace(TURN, name="one way", runs=1, passes=Passes.FORWARD)):
-        assert not any(result.effects for result in games((), plan, range(6)))
+        assert not any(result.effects for result in games((), plan, range(3)))
 
 
 def test_play_in_motion_is_play():
-    for result in games(("backlash",), PLANS["moving"], range(4)):
+    for result in games(("backlash",), PLANS["moving"], range(2)):
         assert result.effects == ("backlash",)
 
 
@@ -84,11 +84,10 @@ def test_friction_that_falls_with_speed_builds_up_over_the_same_distance(seeds):
 
 def test_at_one_speed_friction_that_builds_up_asks_for_several_and_has_its_name_there():
     plan = replace(PLANS["soft_drive"], name="soft drive at one speed", feeds_mm_s=(10.0,))
-    for seed in range(3):
-        game = two_rounds(Scenario(names=("coulomb",), plan=plan, strength_sigma=3.0), seed, frozenset((Ask.SPEEDS,)))
-        assert game.first.verdict == "UNKNOWN"
-        assert game.asked
-        assert game.told_apart
+    game = two_rounds(Scenario(names=("coulomb",), plan=plan, strength_sigma=3.0), 0, frozenset((Ask.SPEEDS,)))
+    assert game.first.verdict == "UNKNOWN"
+    assert game.asked
+    assert game.told_apart
 
 
 @seeds
@@ -112,5 +111,5 @@ def test_the_weight_of_an_inclined_axis_is_listed_beside_the_constant_force_it_l
 
 
 def test_without_a_constant_force_a_linear_axis_speaks_of_no_weight():
-    for result in games(("viscous",), PLANS["drive"], range(3)):
-        assert "gravity" not in {one.effect for one in result.candidates}
+    (result,) = games(("viscous",), PLANS["drive"], FEW)
+    assert "gravity" not in {one.effect for one in result.candidates}

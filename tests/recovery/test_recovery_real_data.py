@@ -4,7 +4,7 @@ import functools
 
 import pytest
 
-from tests.recovery import real_data as real
+from tools import real_data as real
 
 QUICK = ("stage_", "worm_drive", "emps_train, with")
 """Rows that take a second or two; the others are a sweep."""

@@ -34,12 +34,6 @@ def test_a_part_of_the_safety_case_fails_for_a_reason_and_its_worst_run_is_playe
     assert runs_told(typed(*command[1:]).stdout) == {number: told[number]}
 
 
-def test_a_slip_of_the_pen_is_answered_with_the_right_name(typed):
-    slip = typed("safety", "--fault", "glich", "--phase", "insertion", code=2)
-    assert slip.stdout == "" and slip.stderr.count("\n") == 1
-    assert "did you mean 'glitches'?" in slip.stderr
-
-
 HER_TEST = """
 import can
 from rtec.machine.fault_kinds import CABLE, FaultCategory, FaultRow, ActivatedBy

@@ -15,15 +15,6 @@ def points(done):
     return re.search(r"^Points: (\d) of (\d)$", done.stdout, re.MULTILINE).groups()
 
 
-def test_every_student_has_a_game_of_their_own(typed, tmp_path):
-    """Nobody chose a seed; what is hidden cannot be read in the file of either."""
-    for name in ("ada.csv", "ben.csv"):
-        assert "plays the same game again" in typed("blind", "new", "-o", name).stdout
-    ada, ben = ((tmp_path / name).read_text(encoding="utf-8") for name in ("ada.csv", "ben.csv"))
-    assert ada != ben
-    assert not re.search("seed|hidden|backlash|cyclic|drift|thermal_growth", ada + ben)
-
-
 def test_the_teacher_hides_students_answer_and_the_list_marks_them(typed, tmp_path):
     assert "data.csv.sealed" in typed(*GAME).stdout
     text = (tmp_path / "data.csv").read_text(encoding="utf-8")

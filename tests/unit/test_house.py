@@ -1,15 +1,14 @@
-"""The rules of the house: everything has one owner, and what goes beyond a rule says why."""
+"""The rules of the house: each page has one owner, and what goes beyond a rule says why."""
 
 import ast
 import re
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from rtec.cli._verbs import VERBS
-
 ROOT = Path(__file__).parents[2]
-ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 MODULES = sorted(path for folder in ("rtec", "firmware_model") for path in (ROOT / folder).rglob("*.py"))
 LONG = {
     "firmware_model/core/_execute_kernels.py": "one instruction set is one table",
@@ -21,6 +20,10 @@ LONG = {
 }
 """Modules of more than 400 lines, each with its reason."""
 MOST_BRANCHING = 8
+LIBRARIES = {"can": "python-can", "serial": "python-can"}
+"""What is imported under another name than it is installed: pyserial is an extra of python-can."""
+BROUGHT_BY_THE_USER = {"cocotb", "pytest"}
+"""Libraries for users who have them already: of rtec.cocotb and of the fixtures."""
 EXCEPTION = re.compile(r"#\s*(?:noqa|type:\s*ignore)\b.*")
 REASONED = re.compile(r"#\s*(?:noqa:(?:\s*[A-Z]+\d+,?)+|type:\s*ignore\[[\w, -]+\])\s+(?:#|-)\s*\w.*")
 
@@ -29,22 +32,12 @@ def name_of(path):
     return path.relative_to(ROOT).as_posix()
 
 
-def rows_of(section):
-    """Cells of the rows of the table in a section of the architecture."""
-    lines = ARCHITECTURE.split(f"\n## {section}\n")[1].split("\n## ")[0].splitlines()
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][1:]
-
-
-def defining_modules(room):
-    """Modules of a room from which its names come, as the ``__init__`` imports them."""
-    tree = ast.parse((room / "__init__.py").read_text(encoding="utf-8"))
-    package = name_of(room).replace("/", ".")
-    late = [node for block in tree.body if isinstance(block, ast.If) for node in block.body]  # for types only
-    return {
-        node.module.removeprefix(f"{package}.")
-        for node in [*tree.body, *late]
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{package}.")
-    }
+def imported(path):
+    """Top-level packages that a module imports, anywhere in it."""
+    nodes = [*ast.walk(ast.parse(path.read_text(encoding="utf-8")))]
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
+    return {name.partition(".")[0] for name in names}
 
 
 def excepted(text):
@@ -52,43 +45,18 @@ def excepted(text):
     return [found[0] for line in text.splitlines() if (found := EXCEPTION.search(line)) and '"#' not in line]
 
 
-def test_every_public_name_has_an_owner():
-    owners = {}
-    for room, modules in rows_of("Public names"):
-        names = re.findall(r"`([\w.*]+)`", modules)
-        owners[room.strip("`")] = (
-            {path.stem for path in (ROOT / room.strip("`")).glob("*.py")} - {"__init__"}
-            if names == ["*"]
-            else set(names)
-        )
-    exporting = {
-        name_of(room.parent): defining_modules(room.parent) for room in (ROOT / "rtec").glob("*/__init__.py")
-    }
-    for room, modules in exporting.items():
-        unowned = modules - owners.get(room, set())
-        assert not unowned, f"docs/architecture.md, Public names, row `{room}`: add {sorted(unowned)}"
-    gone = {
-        room: sorted(modules - exporting.get(room, set()))
-        for room, modules in owners.items()
-        if room != "rtec/effects"
-    }
-    assert not any(gone.values()), f"docs/architecture.md, Public names: nothing comes from {gone}"
-
-
 def test_every_page_has_one_owner():
-    linked = [page for cells in rows_of("Pages") for page in re.findall(r"\]\(([\w./-]+\.md)\)", cells[0])]
+    table = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8").split("\n## Pages\n")[1]
+    linked = re.findall(r"^\| \[[^]]+\]\(([\w./-]+\.md)\) \|", table, re.MULTILINE)
     pages = {path.name for path in (ROOT / "docs").glob("*.md")} | {"decisions/README.md"}
     assert sorted(linked) == sorted(pages), "docs/architecture.md, Pages: each page once"
 
 
-def test_every_verb_has_one_owner():
-    rows = rows_of("Verbs")
-    assert sorted(verb.strip("`") for verb, *_ in rows) == sorted(VERBS), (
-        "docs/architecture.md, Verbs: each verb once"
-    )
-    for verb, file, *_ in rows:
-        assert file.strip("`") == f"rtec/cli/{verb.strip('`')}.py"
-        assert (ROOT / file.strip("`")).is_file()
+def test_the_install_brings_every_library_that_is_imported_and_no_other():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    brought = {re.match(r"[\w-]+", one)[0] for one in project["dependencies"]}
+    wanted = set().union(*map(imported, MODULES)) - sys.stdlib_module_names - {"rtec", "firmware_model"}
+    assert {LIBRARIES.get(name, name) for name in wanted - BROUGHT_BY_THE_USER} == brought
 
 
 def test_a_module_has_at_most_400_lines_or_a_reason():
@@ -121,10 +89,10 @@ def test_what_a_reason_is(comment, sound):
 
 
 def test_what_a_check_passes_over_has_its_reason():
-    sources = [*MODULES, *(ROOT / "tests").rglob("*.py")]
+    other = [path for folder in ("tests", "benchmarks", "tools") for path in (ROOT / folder).rglob("*.py")]
     bare = {
         name_of(path): [one for one in excepted(path.read_text(encoding="utf-8")) if not REASONED.fullmatch(one)]
-        for path in sources
+        for path in MODULES + other
         if path != Path(__file__).resolve()
     }
     assert not {name: comments for name, comments in bare.items() if comments}

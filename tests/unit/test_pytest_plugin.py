@@ -218,16 +218,6 @@ def test_recv_moves_the_time_to_the_frame_or_by_the_timeout(bus):
         assert received.timestamp == bus.clock.monotonic() == pytest.approx(0.25 + 270e-6)
 
 
-def test_filters_are_those_of_python_can(bus):
-    bus.set_filters([{"can_id": 0x180, "can_mask": 0x7F0, "extended": False}])
-    with bus._simulated.transport() as other:
-        for identifier in (0x201, 0x185, 0x300):
-            other.send(rtec.link.simulated.Frame(identifier=identifier, data=b""))
-        assert bus.recv(1.0).arbitration_id == 0x185
-        assert bus.recv(1.0) is None
-        assert bus.clock.monotonic() == pytest.approx(2 * 270e-6 + 1.0)
-
-
 def test_waiting_for_ever_ends_in_an_error(bus):
     with pytest.raises(can.CanOperationError, match="without a timeout would never return"):
         bus.recv()
@@ -291,16 +281,6 @@ def test_every_class_of_faults_has_its_name():
         kind_of("frame losst")
 
 
-def test_the_seed_draws_the_time():
-    bench = bench_of()
-    faults = BenchFaults(bench, lambda by_ps, note: None)
-    for seed in (1, 2, 1):
-        faults.arm("frame lost", at_s=(0.2, 0.4), seed=seed)
-    first, second, third = (fault.from_ps for fault, _ in bench.activations)
-    assert first == third != second
-    assert all(0.2 * PS_PER_S <= at_ps <= 0.4 * PS_PER_S for at_ps in (first, second))
-
-
 @pytest.mark.parametrize(
     ("kind", "options", "field"),
     [
@@ -330,13 +310,3 @@ def test_activation_at_the_axis():
     fired = [times > 0 for _, times in bench.activations]
     assert fired == [True, False, False, True, False]
     assert len(faults.unfired) == 3
-
-
-def test_a_box_can_be_asked_without_being_disturbed():
-    """An audit in the middle of an insertion looks at a copy."""
-    bench = bench_of(design="a")
-    box = bench.boxes[1]
-    state = box._state
-    before = state.tobytes()
-    assert box.audit
-    assert state.tobytes() == before

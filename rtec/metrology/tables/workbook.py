@@ -51,22 +51,23 @@ def tables_of_workbook(path: str | Path, sheet: str | None) -> list[Table]:
         There is no such sheet.
     """
     _check(path)
-    openpyxl = _openpyxl(path)
-    with Path(path).open("rb") as file, _opened(path, openpyxl, file, values=True) as book:
+    with Path(path).open("rb") as file, _opened(path, file, values=True) as book:
         name, rows = _chosen(path, book, sheet)
     width = max(map(len, rows), default=0)
     if any(len(row) < width or None in row for row in rows):  # what seems to be empty may be a formula
-        with Path(path).open("rb") as file, _opened(path, openpyxl, file, values=False) as book:
-            _refuse_formulas(path, openpyxl, book[name], rows)
+        with Path(path).open("rb") as file, _opened(path, file, values=False) as book:
+            _refuse_formulas(path, book[name], rows)
     return tables_of_grid(f"{path} [{name}]", rows)
 
 
 @contextmanager
-def _opened(path: str | Path, openpyxl: Any, file: IO[bytes], *, values: bool) -> Iterator[Any]:
+def _opened(path: str | Path, file: IO[bytes], *, values: bool) -> Iterator[Any]:
     """Open a workbook, for its values or for its formulas; given as a file, for its name may end in anything."""
+    from openpyxl import load_workbook  # noqa: PLC0415 - 0.2 s, for workbooks only
+
     book = None
     try:
-        book = openpyxl.load_workbook(file, read_only=True, data_only=values, keep_links=False)
+        book = load_workbook(file, read_only=True, data_only=values, keep_links=False)
         yield book
     except RtecError:
         raise
@@ -99,15 +100,6 @@ def _check(path: str | Path) -> None:
     if size > _MOST_BYTES or len(entries) > _MOST_ENTRIES:
         problem = f"{size} bytes in {len(entries)} parts, once unpacked"
         raise FileFormatError(path, None, problem, f"at most {_MOST_BYTES} bytes in {_MOST_ENTRIES} parts")
-
-
-def _openpyxl(path: str | Path) -> Any:
-    try:
-        import openpyxl  # noqa: PLC0415 - optional, and slow to load
-    except ImportError:
-        allowed = "the library openpyxl beside rtec: python -m pip install 'rtec[xlsx]'; or a sheet saved as CSV"
-        raise FileFormatError(path, None, "workbooks need a library that is not installed", allowed) from None
-    return openpyxl
 
 
 def _chosen(path: str | Path, book: Any, sheet: str | None) -> tuple[str, list[list[Cell | None]]]:
@@ -164,13 +156,15 @@ def _cell(value: Any) -> Cell | None:
     return str(value)
 
 
-def _refuse_formulas(path: str | Path, openpyxl: Any, sheet: Any, rows: list[list[Cell | None]]) -> None:
+def _refuse_formulas(path: str | Path, sheet: Any, rows: list[list[Cell | None]]) -> None:
     """Refuse a formula whose value was not saved with it: the cell would seem to be empty."""
+    from openpyxl.utils import get_column_letter  # noqa: PLC0415 - as above
+
     for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=MAX_COLUMNS)):
         for column, value in enumerate(row):
             seen = number < len(rows) and column < len(rows[number])
             if isinstance(value, str) and value.startswith("=") and (not seen or rows[number][column] is None):
-                where = f"{openpyxl.utils.get_column_letter(column + 1)}{number + 1}"
+                where = f"{get_column_letter(column + 1)}{number + 1}"
                 problem = f"cell {where} holds the formula {shown(value)} without a value"
                 allowed = "the workbook saved again by a program that computes it, or the values alone"
                 raise FileFormatError(f"{path} [{sheet.title}]", None, problem, allowed)

@@ -14,7 +14,7 @@ from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.sentence import comparison_sentence, spoken
 from rtec.report.diagnosis.several import change_rows, changes_sentence, heads_of, left_rows, several_document
-from rtec.report.illustrations import Plate, drawn
+from rtec.report.drawn import Plate, drawn
 from rtec.report.page_folder import write_page_folder
 
 if TYPE_CHECKING:

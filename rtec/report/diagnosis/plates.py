@@ -15,7 +15,7 @@ from rtec.report.diagnosis.figures_spectra import spectra_figure
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.readings import MOST_DOTS
 from rtec.report.diagnosis.sentence import heldout_words
-from rtec.report.illustrations import Illustration, Plate, drawn
+from rtec.report.drawn import Illustration, Plate, drawn
 
 
 def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtec.io import write_bytes
+from rtec.report.drawn import Plate, drawn
 from rtec.report.figures_style import new_figure
-from rtec.report.illustrations import Plate, drawn
 from rtec.report.iso230.figures import draw_tests
 from rtec.report.iso230.pdf import sheet_pdf
 from rtec.report.iso230.sheet import Sheet

@@ -53,31 +53,6 @@ def steady(encoder, frequency_hz, direction, count, chunk=1 << 16):
 
 MM = Encoder(count_mm=1.0)
 
-# ------------------------------------------------------------------- motion
-
-
-def test_constant_speed_crosses_half_way_between_counts():
-    stream = edges(MM, (1.0, 0.0, 4.0, 0.0))
-    assert stream.times_ps.tolist() == [S // 8, 3 * S // 8, 5 * S // 8, 7 * S // 8]
-    assert stream.levels.tolist() == [1, 3, 2, 0]  # A rises, B rises, A falls, B falls
-    back = edges(MM, (1.0, 0.0, -4.0, 0.0))
-    assert back.times_ps.tolist() == stream.times_ps.tolist()
-    assert back.levels.tolist() == [2, 3, 1, 0]
-
-
-def test_constant_acceleration_from_rest():
-    # x = t^2: lines at 0.5, 1.5, 2.5, 3.5
-    stream = edges(MM, (2.0, 0.0, 0.0, 2.0))
-    assert stream.times_ps.tolist() == [round(math.sqrt(k + 0.5) * S) for k in range(4)]
-
-
-def test_a_line_crossed_back_and_forth_at_a_reversal_gives_both_edges():
-    # x = 2 t - t^2 turns at 1 s and 1 count: line 1 (at 0.5) is crossed at 1 -+ sqrt(1/2) s
-    stream = edges(MM, (2.0, 0.0, 2.0, -2.0))
-    root = math.sqrt(0.5)
-    assert stream.times_ps.tolist() == [round((1 - root) * S), round((1 + root) * S)]
-    assert stream.levels.tolist() == [1, 0]
-
 
 @pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-3])
 def test_even_the_slightest_crossing_at_a_turn_gives_both_edges(beyond):
@@ -96,19 +71,6 @@ def test_just_short_of_a_line_there_is_no_edge():
     assert not ((times > 0.9 * S) & (times < 1.1 * S)).any()
 
 
-def test_rest_has_no_edges():
-    assert len(edges(MM, (1000.0, 3.2, 0.0, 0.0))) == 0
-
-
-def test_pieces_give_the_same_edges_wherever_they_are_cut():
-    whole = edges(MM, (2.9, 0.0, 5.0, -3.0))
-    for cut in (0.1, 1.0, 5 / 3, 2.2):
-        v, x = 5 - 3 * cut, 5 * cut - 1.5 * cut**2
-        parts = edges(MM, (cut, 0.0, 5.0, -3.0), (2.9 - cut, x, v, -3.0))
-        assert parts.levels.tolist() == whole.levels.tolist()
-        assert np.abs(parts.times_ps - whole.times_ps).max() <= 2
-
-
 def test_chunks_join_to_the_whole():
     there_and_back = [(1.0, 0.0, 1e6, 0.0), (1.0, 1e6, -1e6, 0.0)]
     chunks = list(MM.edge_chunks(motion(*there_and_back)))
@@ -120,35 +82,6 @@ def test_chunks_join_to_the_whole():
     ]
     assert chunks[1].initial == chunks[0].final
     assert whole.counts() == (0, 0)
-
-
-# ------------------------------------------------------------ imperfections
-
-
-@pytest.mark.parametrize(
-    ("flaws", "lines"),
-    [
-        ({}, [0.5, 1.5, 2.5, 3.5]),
-        ({"phase_error_deg": 9.0}, [0.5, 1.6, 2.5, 3.6]),  # 90 degrees are one count
-        ({"duty_error_a": 0.05}, [0.4, 1.5, 2.6, 3.5]),  # high for 2 + 4 * 0.05 counts
-        ({"duty_error_b": -0.1}, [0.5, 1.7, 2.5, 3.3]),
-    ],
-)
-@pytest.mark.parametrize("home", [0, 1, 2, 3])
-def test_lines_lie_where_the_imperfections_put_them(flaws, lines, home):
-    encoder = Encoder(count_mm=1.0, home_state=home, imperfections=Imperfections(**flaws))
-    stream = edges(encoder, (8.0, -home - 0.2, 1.0, 0.0))
-    assert stream.times_ps[:4].tolist() == [round((line + 0.2) * S) for line in lines]
-    assert stream.initial == 0
-
-
-def test_eccentricity_comes_once_a_revolution():
-    flaws = Imperfections(eccentricity_counts=0.5, eccentricity_deg=90.0)
-    encoder = Encoder(count_mm=1.0, counts_per_rev=40, imperfections=flaws)
-    times = edges(encoder, (80.0, 1.0, 1.0, 0.0)).times_ps / S
-    lateness = times + 1.0 - (np.arange(times.size) + 1.5)
-    k = np.arange(times.size) + 2
-    assert np.abs(lateness - 0.5 * np.cos(2 * np.pi * k / 40)).max() < 1e-9
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -185,9 +118,6 @@ def test_nothing_drifts_over_ten_million_edges(frequency_hz):
         made += n
 
 
-# ------------------------------------------------------------------- jitter
-
-
 def test_jitter_is_bounded_triangular_and_independent():
     bound, n = 50_000, 200_000
     flawed = Encoder(imperfections=Imperfections(jitter_ps=bound), seed=20)
@@ -215,9 +145,6 @@ def test_the_seed_decides_the_jitter():
     assert (times(1) != times(2)).mean() > 0.9
 
 
-# ----------------------------------------------------------------- glitches
-
-
 def test_glitches_come_as_often_as_asked_and_change_no_count():
     flaws = Imperfections(glitch_probability=0.1, glitch_ps=20_000)
     n = 50_000
@@ -239,15 +166,6 @@ def test_glitches_come_as_often_as_asked_and_change_no_count():
     assert angle == int(deltas.sum()) % 4
 
 
-def test_glitches_are_seeded():
-    def stream(seed):
-        encoder = Encoder(count_mm=1.0, imperfections=Imperfections(glitch_probability=0.3), seed=seed)
-        return edges(encoder, (1.0, 0.0, 500.0, 0.0))
-
-    assert stream(3) == stream(3)
-    assert stream(3) != stream(4)
-
-
 def test_a_glitch_at_the_end_of_a_motion_is_ended():
     flaws = Imperfections(glitch_probability=0.5, glitch_ps=10**9)
     ends = set()
@@ -257,9 +175,6 @@ def test_a_glitch_at_the_end_of_a_motion_is_ended():
         assert stream.final == 0  # eight counts on
         ends.add(stream.times_ps[-1] > 0.01 * S)
     assert ends == {True, False}
-
-
-# ---------------------------------------------------------------- arguments
 
 
 @pytest.mark.parametrize(

@@ -11,44 +11,7 @@ from rtec.errors import ArgumentError
 
 WINDOW = Window(begin_ps=4_000_000, end_ps=9_000_000, pause_ps=2_000_000_000, every_ps=2_000_000)
 WITHOUT_FILE = [kind for kind in MotionKind if kind is not MotionKind.PROGRAMME]
-MOVING = [kind for kind in WITHOUT_FILE if kind is not MotionKind.STEADY]
 COUNTS = Encoder(count_mm=1.0)
-
-
-def edges_of(motion):
-    """Return (time, +1 or -1) of each crossing, found by bisection of the position between its turning points."""
-    seen = []
-    g = motion.segments
-    last = 0
-    for start, length, x0, v0, a0, x1 in zip(
-        g.start_ps.tolist(), g.duration_ps.tolist(), g.x0_mm.tolist(), g.v0_mm_s.tolist(), g.a0_mm_s2.tolist(),
-        [*g.x0_mm[1:].tolist(), g.end_mm], strict=True,
-    ):  # fmt: skip
-        way = 1 if x1 > x0 else -1
-        while (x1 - (last + way / 2)) * way > 0:
-            goal, low, high = last + way / 2, 0.0, length / 1e12
-            for _ in range(60):
-                middle = (low + high) / 2
-                if (x0 + v0 * middle + a0 * middle**2 / 2 - goal) * way > 0:
-                    high = middle
-                else:
-                    low = middle
-            seen.append((start + high * 1e12, way))
-            last += way
-    return seen
-
-
-@pytest.mark.parametrize("kind", WITHOUT_FILE)
-@pytest.mark.parametrize("direction", [1, -1])
-def test_edges_are_where_the_position_says(kind, direction):
-    motion = motion_of(
-        kind, counts=240, frequency_hz=2e3, corrections=30, acceleration_hz_s=1e6, direction=direction, window=WINDOW
-    )
-    stream = COUNTS.edges(motion.segments)
-    expected = edges_of(motion)
-    assert len(stream) == len(expected) > 30
-    assert np.abs(stream.times_ps - [t for t, _ in expected]).max() <= 2_000  # at a turn the position says no more
-    assert stream.counts().net == sum(way for _, way in expected) == round(motion.segments.end_mm)
 
 
 @settings(max_examples=40, deadline=None)

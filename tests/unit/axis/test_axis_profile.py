@@ -56,29 +56,6 @@ def test_lengths_and_peak_worked_by_hand(case, sign):
     assert extremes(motion).speed_mm_s == pytest.approx(peak, rel=1e-12)
 
 
-def test_s_curve_states_worked_by_hand():
-    # 10 mm at 20 mm/s: after 0.1 s a = 100, v = J t²/2 = 5, x = J t³/6 = 1/6; 0.1 s later v = 15, x = 1/6 + 0.5 + 0.5
-    motion = one_move(10, 20, ProfileShape.JERK_LIMITED)
-    assert motion.j0_mm_s3.tolist() == [1000, 0, -1000, 0, -1000, 0, 1000]
-    assert motion.a0_mm_s2.tolist() == pytest.approx([0, 100, 100, 0, 0, -100, -100])
-    assert motion.v0_mm_s.tolist() == pytest.approx([0, 5, 15, 20, 20, 15, 5], rel=1e-12)
-    assert motion.x0_mm.tolist() == pytest.approx([0, 1 / 6, 7 / 6, 3, 7, 10 - 7 / 6, 10 - 1 / 6], rel=1e-12)
-    assert motion.acceleration_at([50 * MS, 250 * MS, 400 * MS, 550 * MS]).tolist() == pytest.approx([50, 50, 0, -50])
-
-
-@pytest.mark.parametrize("shape", ProfileShape)
-def test_cruise_has_exactly_the_feed_and_no_acceleration(shape):
-    feed = 50 * 25.4 / 60
-    motion = one_move(-300.0, feed, shape)
-    cruise = int(np.argmax(motion.duration_ps))
-    assert [motion.v0_mm_s[cruise], motion.a0_mm_s2[cruise], motion.j0_mm_s3[cruise]] == [-feed, 0.0, 0.0]
-
-
-def test_rapid_uses_the_rapid_speed():
-    motion = plan(Program(blocks=(Rapid(target_mm=1000),)), LIMITS)
-    assert extremes(motion).speed_mm_s == 40.0
-
-
 def test_blocks_dwells_and_moves_of_no_length():
     program = Program(
         blocks=(
@@ -100,12 +77,6 @@ def test_blocks_dwells_and_moves_of_no_length():
         assert [array[dwell] for array in state] == [x, 0, 0, 0]
     assert motion.position_at(motion.block_end_ps).tolist() == [5, 15, 15, 15, 15, 5]
     assert ends_mm(motion).tolist() == [5, 7, 13, 15, 15, 13, 7, 5]
-
-
-def test_two_dwells_in_a_row_stay_two_blocks():
-    motion = plan(Program(blocks=(Dwell(seconds=1), Dwell(seconds=2)), start_mm=3), LIMITS)
-    assert motion.block.tolist() == [0, 1]
-    assert motion.duration_ps.tolist() == [10**12, 2 * 10**12]
 
 
 @pytest.mark.parametrize("blocks", [(), (Dwell(seconds=0),), (Move(target_mm=3, feed_mm_s=1),)])
@@ -142,13 +113,6 @@ def test_times_must_be_whole_picoseconds(times):
         one_move(10, 20, ProfileShape.TRAPEZOIDAL).position_at(times)
 
 
-def test_extremes_of_a_program_that_goes_below_its_ends():
-    blocks = (Move(target_mm=-4, feed_mm_s=20), Rapid(target_mm=30), Move(target_mm=2, feed_mm_s=3))
-    reached = extremes(plan(Program(blocks=blocks), LIMITS))
-    assert (reached.min_mm, reached.max_mm) == (-4, 30)
-    assert (reached.speed_mm_s, reached.acceleration_mm_s2, reached.jerk_mm_s3) == (40, 100, 0)
-
-
 def test_feed_above_the_largest_speed_is_refused():
     blocks = (Dwell(seconds=1), Move(target_mm=1, feed_mm_s=51))
     with pytest.raises(ArgumentError, match=r"feed_mm_s of blocks\[1\]: 51.0 is not valid; .* 50 mm/s"):
@@ -173,10 +137,6 @@ def test_jerk_limited_shape_needs_a_jerk():
 def test_more_than_100_days_are_refused(blocks):
     with pytest.raises(ArgumentError, match="100 days"):
         plan(Program(blocks=blocks), LIMITS)
-
-
-def test_100_days_are_carried_out():
-    assert plan(Program(blocks=(Dwell(seconds=8.64e6),)), LIMITS).total_ps == 8_640_000 * 10**12
 
 
 @pytest.mark.parametrize("shape", ProfileShape)

@@ -50,7 +50,7 @@ def added(name, plan, experiment, observed=None):
     return with_it.columns[what].values - without.columns[what].values, with_it, numbers
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize("name", [*INSIDE, *OUTSIDE, *OF_DRIVE])
 def test_what_is_hidden_keeps_its_numbers(name):
     plan = first_plan(name)

@@ -6,13 +6,12 @@ from types import SimpleNamespace
 import pytest
 
 from rtec.blind.answer import Answer, Rule, answer_of, is_right, label_of
-from rtec.blind.confusion import Confusion, confusion
+from rtec.blind.confusion import confusion
 from rtec.blind.hidden import Hidden, Secret
 from rtec.blind.line import Line
-from rtec.blind.lines import the_lines
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import Scenario
-from rtec.blind.scored import Game, LineScore, wilson
+from rtec.blind.scored import wilson
 from rtec.effects import Units
 from rtec.errors import ArgumentError
 from rtec.inference.results import Verdict
@@ -113,15 +112,6 @@ def test_trials_are_counted_and_tabulated():
     assert "| scale | 2 | 1 | 1 |" in text
 
 
-def test_rare_answers_share_a_column():
-    said = ["rare"] + ["rarer"] * 2 + ["scale"] * 197
-    games = tuple(Game(trial=0, seed=0, plan="", hidden="scale", said=word, right=word == "scale") for word in said)
-    score = LineScore(line=line(), games=games)
-    text = Confusion(scores=(score,), trials=200, seed=0).as_markdown()
-    assert "| hidden \\ answered | scale | another |" in text
-    assert "| scale | 197 | 3 |" in text
-
-
 def test_a_line_below_its_bar_is_missed():
     result = confusion([line(share=0.9)], 2, lambda _: ("NONE", ()))
     assert not result.scores[0].reached
@@ -172,22 +162,6 @@ def test_games_of_a_line_do_not_depend_on_the_other_lines():
 def test_trials_outside_their_range_are_refused(trials):
     with pytest.raises(ArgumentError, match="trials"):
         confusion([line()], trials, lambda _: ("NONE", ()))
-
-
-def test_the_lines_are_those_that_must_be_shown():
-    lines = the_lines()
-    bars = [(one.rule, one.share) for one in lines]
-    for needed in [
-        (Rule.NOTHING, 0.95),
-        (Rule.NAMED, 0.95),
-        (Rule.NAMED, 0.80),
-        (Rule.NAMED, 0.85),
-        (Rule.UNKNOWN, 0.80),
-        (Rule.TIED, 0.95),
-    ]:
-        assert needed in bars
-    assert Rule.FLOOR in {one.rule for one in lines}
-    assert len({one.title for one in lines}) == len(lines)
 
 
 def test_a_diagnosis_gives_its_answer_in_micrometres():

@@ -12,11 +12,10 @@ from rtec.blind.game import play
 from rtec.blind.harder_lines import the_pools
 from rtec.blind.line import Line
 from rtec.blind.lines import the_lines
-from rtec.blind.noise import Noise
 from rtec.blind.scenario import OUTSIDE, Scenario
 from rtec.blind.scored import Game, LineScore
 from rtec.errors import ArgumentError
-from rtec.metrology import Passes, Reading
+from rtec.metrology import Reading
 
 LINES = the_lines()
 BY_TITLE = {line.title: line for line in LINES}
@@ -52,36 +51,10 @@ def test_a_trial_draws_the_same_scenario_again():
         assert line.scenario(3, seed) == line.scenario(3, seed)
 
 
-def test_each_family_of_noise_has_a_line_of_nothing_and_single_runs_are_among_them():
-    for noise in Noise:
-        games = scenarios(f"nothing, drawn plans, noise: {noise.value}")
-        assert {game.noise for game in games} == {noise}
-        assert not any(game.names for game in games)
-        assert (1 in {game.plan.runs for game in games}) is (noise is not Noise.BY_PLACE)
-        assert {game.plan.passes for game in games} == set(Passes)
-        assert min(game.plan.targets for game in games) < 15
-        assert max(game.plan.targets for game in games) > 120
-    assert {game.plan.runs for game in scenarios("nothing, single runs, noise: correlated by place")} == {1}
-
-
 def test_every_kind_outside_the_library_is_played_as_often():
     title = next(line.title for line in LINES if line.rule is Rule.WRONG_NAME and "3 sigma, drawn" in line.title)
     drawn = Counter(name for game in scenarios(title, 2 * len(OUTSIDE)) for name in game.names)
     assert drawn == dict.fromkeys(OUTSIDE, 2)
-
-
-@pytest.mark.parametrize(
-    ("count", "words"), [(1, "a single effect, 3 sigma, drawn"), (2, "two"), (3, "three"), (4, "four")]
-)
-def test_several_effects_are_hidden_where_they_can_be_seen(count, words):
-    title = next(line.title for line in LINES if line.title.startswith(words) and line.most_left_out < 1.0)
-    for game in scenarios(title):
-        assert len(game.names) == count
-        assert set(game.strengths) == {3.0}
-        assert game.plan.repeated
-        assert game.plan.passes is Passes.BOTH
-        assert game.plan.targets >= 21
-    assert BY_TITLE[title].most_left_out == 0.2
 
 
 def test_anything_at_all_is_played_at_one_to_five_sigma():
@@ -99,15 +72,6 @@ def test_drives_and_logs_take_turns():
     for game in games:
         assert "stribeck" not in game.names or "coulomb" in game.names
         assert game.plan.reading is Reading.DRIVE or {"servo_lag", "acceleration_lag"} & set(game.names)
-
-
-def test_the_bars_are_those_that_were_asked_for():
-    harder = [line for line in LINES if line.draw is not None]
-    assert [line.share for line in harder if line.most_left_out < 1.0] == [0.97, 0.93, 0.85, 0.85]
-    assert [line.share for line in harder if line.share == 0.0] == [0.0, 0.0, 0.0]
-    pool = the_pools()[0]
-    assert pool.share == 0.98
-    assert [BY_TITLE[title].share for title in pool.members] == [0.95] * 8
 
 
 def test_a_line_has_scenarios_or_draws_them():

@@ -36,6 +36,7 @@ CASES = [
 ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("name", "plan"), CASES)
 def test_an_effect_is_as_strong_as_its_secret_says(name, plan):
     measurement, what, secret = added((name,), plan)

@@ -78,7 +78,7 @@ def test_the_original_is_consistent_with_the_report():
     assert row.speeds.summary.endswith("passes beyond 2 MHz")
     # edges inside an insertion are merged into it, however slow the axis is
     assert row.speeds.max_acceleration_hz_s == 0.0
-    assert f"| {' | '.join(cells(row))} |" in PAGE, "python tests/bench/table_envelope.py -o docs/envelope.md"
+    assert f"| {' | '.join(cells(row))} |" in PAGE, "python benchmarks/table_envelope.py -o docs/envelope.md"
 
 
 def test_the_failing_trial_is_explained_by_its_times(original):

@@ -13,6 +13,7 @@ import pytest
 from firmware_model import Image, read_hex
 from rtec.board import Microcontroller
 from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware, default_frequencies
+from rtec.conformance.endurance import Endured
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 
@@ -20,7 +21,7 @@ CHIP = dataclasses.replace(Microcontroller.named("8051-12mhz"), part="8051")
 START = ["starts", "answers", "home"]
 INSERTIONS = [
     "runs", "passes", "inserts at rest", "inserts in motion", "reversals", "dither", "changing requests", "jitter",
-    "worst case", "separation", "delay",
+    "many steps", "long travel", "long rests", "jumps", "worst case", "separation", "delay",
 ]  # fmt: skip
 BOX = ["window", "disbelief", "large correction", "switch", "probing", "position", "words", "reset"]
 NAMES = [*START, "pins", *INSERTIONS, "inserts at speed", *BOX]
@@ -50,6 +51,8 @@ def with_mistake(design, old, new, *, every=False):
 @pytest.fixture
 def no_speeds(monkeypatch):
     """Leave out how fast it goes, most of the runs: the shipped images are asked for that."""
+    none = Endured(wrong=None, made=1, depth=0, limit="")
+    monkeypatch.setattr("rtec.conformance.suite.endure", lambda trials, kind: none)
     monkeypatch.setattr("rtec.conformance.suite._Suite._speeds", lambda self, parts: None)
 
 

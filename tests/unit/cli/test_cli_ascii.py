@@ -57,12 +57,6 @@ def test_nothing_is_unprintable_and_no_escape_is_left(said, data):
         assert "\\u" not in out + err, words
 
 
-def test_a_json_document_is_one_on_every_terminal(said, data):
-    code, out, _ = said("compare", data, "--json")
-    assert code == 0
-    json.loads(out)
-
-
 @pytest.mark.parametrize("env", ASCII, ids=["io", "locale"])
 def test_a_program_of_its_own_sees_what_the_terminal_knows(env):
     env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)} | env

@@ -5,13 +5,15 @@ import shutil
 
 import pytest
 
-from rtec.blind import confusion as matrix, kept_answers, lines as published
+from rtec.blind import kept_answers, lines as published
 from rtec.blind.answer import Rule
 from rtec.blind.line import Line
 from rtec.blind.scenario import Scenario, scenario_of
 from rtec.blind.sealing import reveal
 from rtec.cli import main
 from rtec.errors import OutputError
+
+VERB = "blind"
 
 
 @pytest.fixture
@@ -20,99 +22,59 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def said(capsys, *words):
-    code = main(["blind", *words])
-    return code, *capsys.readouterr()
-
-
-def seed_with(wanted):
-    return next(seed for seed in range(1000) if wanted(scenario_of(seed).names))
-
-
-def test_a_game_is_sealed_and_opened(here, capsys):
-    code, out, err = said(capsys, "new", "--seed", "7", "-o", "data.csv")
+def test_a_game_is_sealed_and_opened(here, said, answer):
+    code, out, err = said("new", "--seed", "7", "-o", "data.csv")
     assert (code, err) == (0, "")
     assert "data.csv.sealed" in out
     names = reveal("data.csv").names
     data = (here / "data.csv").read_text() + out
     assert not [name for name in names if name in data]
-    code, out, _ = said(capsys, "reveal", "data.csv")
+    code, out, _ = said("reveal", "data.csv")
     assert code == 0
     assert all(name in out for name in names)
-    code, out, err = said(capsys, "reveal", "data.csv", "--json")
-    assert (code, err, out.count("\n")) == (0, "", 1)
-    document = json.loads(out)
+    document = answer("reveal", "data.csv")
     assert ([effect["name"] for effect in document["effects"]], document["seed"]) == (list(names), 7)
 
 
-def test_the_seed_decides_the_data(here, capsys):
-    for name, seed in (("a", "3"), ("b", "3"), ("c", "4")):
-        said(capsys, "new", "--seed", seed, "-o", f"{name}.csv")
-    texts = [(here / f"{name}.csv").read_text() for name in "abc"]
-    assert texts[0] == texts[1] != texts[2]
+def test_a_game_with_nothing_in_it_says_so(here, said):
+    seed = next(seed for seed in range(1000) if not scenario_of(seed).names)
+    assert said("new", "--seed", seed, "-o", "data.csv")[0] == 0
+    assert "Nothing is hidden" in said("reveal", "data.csv")[1]
 
 
-def test_a_game_with_nothing_in_it_says_so(here, capsys):
-    seed = seed_with(lambda names: not names)
-    code, out, err = said(capsys, "new", "--seed", str(seed), "-o", "data.csv", "--json")
-    assert (code, err) == (0, "")
-    assert json.loads(out) == {"data": "data.csv", "sealed": "data.csv.sealed", "seed": seed}
-    assert "Nothing is hidden" in said(capsys, "reveal", "data.csv")[1]
-
-
-def test_nothing_is_overwritten_without_force(here, capsys):
+def test_nothing_is_overwritten_without_force(here, said, refused):
     (here / "data.csv.sealed").write_text("mine")
-    code, out, err = said(capsys, "new", "-o", "data.csv")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "--force" in err
+    assert "--force" in refused("new", "-o", "data.csv")
     assert not (here / "data.csv").exists()
     assert (here / "data.csv.sealed").read_text() == "mine"
-    assert said(capsys, "new", "-o", "data.csv", "--force")[0] == 0
+    assert said("new", "-o", "data.csv", "--force")[0] == 0
 
 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
         (["reveal"], "'rtec blind reveal --help'"),
-        (["reveal", "data.csv"], "data.csv"),
-        (["guess", "data.csv", "drift"], "data.csv"),
-        (["guess"], "'rtec blind guess --help'"),
         (["measure", "data.csv", "--plan", "p.toml", "-o", "b.csv"], "data.csv"),
         (["measure", "data.csv", "-o", "b.csv"], "'--plan'"),
         (["measure", "data.csv", "--plan", "p.toml", "-o", "b.csv", "--seed", "0"], "--seed"),
         (["new", "-o", "a.csv", "--hide", "driftt"], "did you mean 'drift'?"),
-        (["new", "-o", "a.csv", "--hide", "servo_lag"], "--hide: servo_lag"),
         (["new", "-o", "a.csv", "--hide", "servo_lag=1 ms"], "it shows in the plans moving"),
         (["new", "-o", "a.csv", "--hide", "backlash=3"], "such as backlash='5 um'"),
-        (["new", "-o", "a.csv", "--hide", "backlash=3UM"], "did you mean '3um'?"),
         (["new", "-o", "a.csv", "--hide", "backlash=3 mm"], "--hide: backlash=3000 um"),
-        (["new", "-o", "a.csv", "--hide", "backlas=3 um"], "did you mean 'backlash'?"),
         (["guess", "data.csv", "drift=3 um"], "such as drift='5 um/h'"),
         (["guess", "data.csv", "drift", "--by", "x" * 81], "--by"),
         (["score", "data.csv"], "data.csv"),
         (["score", "data.csv", "--trials", "3"], "--trials does not go with the data of a game"),
-        (["score", "data.csv", "--seed", "0"], "--seed does not go with the data of a game"),
         (["new", "-o", "a.csv", "--hide", "drift", "--plan", "bas"], "--plan: 'bas'"),
         (["new", "-o", "a.csv", "--plan", "base"], "needs --hide"),
-        (["new"], "'-o'"),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
-        (["new", "--seed", "9" * 30, "-o", "a.csv"], "--seed"),
-        (["new", "-o", "no/such.csv"], "no folder"),
-        (["score", "--trials", "0"], "--trials"),
         (["score", "--trials", "1000000"], "--trials"),
-        (["score", "--jobs", "0"], "--jobs"),
         (["score", "--jobs", "1000"], "--jobs"),
-        (["score", "-o", "no/such.md"], "no folder"),
         (["reveel"], "did you mean 'reveal'?"),
-        (["new", "--sede", "3"], "did you mean '--seed'?"),
     ],
 )
-def test_bad_words_are_one_line_and_2(here, capsys, words, says):
-    code, out, err = said(capsys, *words)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    assert err.startswith("rtec: ")
-    assert says in err
+def test_bad_words_are_one_line_and_2(here, refused, words, says):
+    assert says in refused(*words)
     assert list(here.iterdir()) == []
 
 
@@ -125,9 +87,9 @@ def lines_for(share):
     )
 
 
-def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
+def test_the_score_is_that_of_the_diagnosis(here, said, monkeypatch):
     monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5))
-    code, out, err = said(capsys, "score", "--trials", "2", "--seed", "1", "--json", "-o", "score.md")
+    code, out, err = said("score", "--trials", "2", "--seed", "1", "--json", "-o", "score.md")
     assert (code, err, out.count("\n")) == (0, "", 1)
     document = json.loads(out)
     named, floor = document["lines"]
@@ -140,28 +102,17 @@ def test_the_score_is_that_of_the_diagnosis(here, capsys, monkeypatch):
     assert (document["trials"], document["seed"], document["table"]) == (2, 1, "score.md")
     assert "plain to see" in (here / "score.md").read_text()
     monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5)[:1])
-    code, out, _ = said(capsys, "score", "--trials", "1")
+    code, out, _ = said("score", "--trials", "1")
     assert code == 0
     assert out == out.rstrip("\n") + "\n"
     assert "| plain to see |" in out
 
 
-def test_the_jobs_asked_for_are_set_to_work(here, capsys, monkeypatch):
-    """That they come to the same as one is seen in tests/recovery, where more is played."""
-    asked, play = [], matrix.confusion
-    monkeypatch.setattr(published, "the_lines", lambda: lines_for(0.5)[:1])
-    monkeypatch.setattr(
-        matrix, "confusion", lambda *them, workers, **more: asked.append(workers) or play(*them, **more)
-    )
-    assert said(capsys, "score", "--trials", "1", "--jobs", "2")[0] == 0
-    assert asked == [2]
-
-
-def test_a_missed_bar_is_1(here, capsys, monkeypatch):
+def test_a_missed_bar_is_1(here, said, monkeypatch):
     nothing = (Scenario(names=()),)
     missed = (Line(title="cannot be", rule=Rule.UNKNOWN, share=0.5, scenarios=nothing),)
     monkeypatch.setattr(published, "the_lines", lambda: missed)
-    code, out, _ = said(capsys, "score", "--trials", "1", "--json")
+    code, out, _ = said("score", "--trials", "1", "--json")
     assert code == 1
     assert json.loads(out)["lines"][0]["reached"] is False
 
@@ -181,14 +132,14 @@ def poor(here, played):
 
 
 @pytest.mark.usefixtures("poor")
-def test_twice_round_the_loop_from_the_command_line(here, capsys):
+def test_twice_round_the_loop_from_the_command_line(here, said, capsys):
     code, out, _ = run_diagnose(capsys, "data.csv", "--suggest", "plan.toml", "--json")
     document = json.loads(out)
     assert (code, document["verdict"], document["plan"]) == (0, "TIED", "plan.toml")
     text = (here / "plan.toml").read_text()
     assert text.startswith("# ")
     assert document["suggested_experiment"].split()[:6] == text.split()[1:7]
-    code, out, err = said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv", "--json")
+    code, out, err = said("measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv", "--json")
     assert (code, err) == (0, "")
     assert json.loads(out) == {"data": "second.csv", "sealed": "second.csv.sealed", "plan": "plan.toml"}
     assert "thermal_growth" not in (here / "second.csv").read_text()
@@ -196,7 +147,7 @@ def test_twice_round_the_loop_from_the_command_line(here, capsys):
     second = json.loads(run_diagnose(capsys, "second.csv", "--json")[1])
     assert (second["verdict"], second["effects"]) == ("NAMED", ["thermal_growth"])
     # a second measurement is measured again as the first was
-    assert said(capsys, "measure", "second.csv", "--plan", "plan.toml", "-o", "third.csv")[0] == 0
+    assert said("measure", "second.csv", "--plan", "plan.toml", "-o", "third.csv")[0] == 0
     second, third = ((here / name).read_text().splitlines() for name in ("second.csv", "third.csv"))
     assert (second[:4], len(second)) == (third[:4], len(third))
     assert second[10] != third[10]
@@ -206,15 +157,6 @@ def run_diagnose(capsys, *words):
     code = main(["diagnose", *words])
     out, err = capsys.readouterr()
     return code, out, err
-
-
-@pytest.mark.usefixtures("poor")
-def test_the_seed_decides_a_measurement(here, capsys):
-    (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
-    for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
-        assert said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", f"{name}.csv", "--seed", seed)[0] == 0
-    texts = [(here / f"{name}.csv").read_text() for name in "abc"]
-    assert texts[0] == texts[1] != texts[2]
 
 
 @pytest.mark.usefixtures("poor")
@@ -231,38 +173,36 @@ def test_the_seed_decides_a_measurement(here, capsys):
         ("runs = \n", "plan.toml"),
     ],
 )
-def test_a_plan_that_cannot_be_carried_out_is_one_line_and_2(here, capsys, plan, says):
+def test_a_plan_that_cannot_be_carried_out_is_one_line_and_2(here, refused, plan, says):
     (here / "plan.toml").write_text(plan)
-    code, out, err = said(capsys, "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert says in err
+    assert says in refused("measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
     assert not list(here.glob("second*"))
 
 
 @pytest.mark.usefixtures("poor")
-def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, capsys):
+def test_a_measurement_writes_over_nothing_and_needs_its_seal(here, said):
     (here / "plan.toml").write_text("[runs]\nnumber = 2\n")
     (here / "second.csv").write_text("mine")
     words = ("measure", "data.csv", "--plan", "plan.toml", "-o")
-    code, _, err = said(capsys, *words, "second.csv")
+    code, _, err = said(*words, "second.csv")
     assert (code, err.count("\n")) == (2, 1)
     assert "--force" in err
-    code, _, err = said(capsys, *words, "data.csv", "--force")
+    code, _, err = said(*words, "data.csv", "--force")
     assert code == 2
     assert "another file" in err
-    assert said(capsys, *words, "second.csv", "--force")[0] == 0
+    assert said(*words, "second.csv", "--force")[0] == 0
     (here / "data.csv.sealed").unlink()
-    code, _, err = said(capsys, *words, "third.csv")
+    code, _, err = said(*words, "third.csv")
     assert (code, err.count("\n")) == (2, 1)
     assert "data.csv.sealed" in err
 
 
 @pytest.mark.usefixtures("poor")
-def test_an_answer_is_scored(here, capsys):
-    code, out, err = said(capsys, "guess", "data.csv", "thermal_growth")
+def test_an_answer_is_scored(here, said, refused):
+    code, out, err = said("guess", "data.csv", "thermal_growth")
     assert (code, err) == (0, "")
     assert out.startswith("Solved.\nRight: thermal_growth\nPoints: 2 of 3\n")
-    code, out, err = said(capsys, "guess", "data.csv", "drift", "thermal_shift", "--json")
+    code, out, err = said("guess", "data.csv", "drift", "thermal_shift", "--json")
     assert (code, err, out.count("\n")) == (1, "", 1)
     assert json.loads(out) == {
         "data": "data.csv", "solved": False, "right": [], "missed": ["thermal_growth"],
@@ -271,46 +211,42 @@ def test_an_answer_is_scored(here, capsys):
         "reasons": ["0 of 3: thermal_growth is missed", "-1 of 0: drift is not hidden",
                     "-1 of 0: thermal_shift is not hidden"],
     }  # fmt: skip
-    code, out, _ = said(capsys, "guess", "data.csv", "nothing")
+    code, out, _ = said("guess", "data.csv", "nothing")
     assert code == 1
     assert out.startswith("Not solved.\nMissed: thermal_growth\nPoints: 0 of 3\n")
-    code, out, err = said(capsys, "guess", "data.csv", "drfit")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "did you mean 'drift'" in err
+    assert "did you mean 'drift'" in refused("guess", "data.csv", "drfit")
 
 
-def test_a_class_gets_different_games_and_each_can_be_played_again(here, capsys):
-    documents = [json.loads(said(capsys, "new", "-o", f"{name}.csv", "--json")[1]) for name in "ab"]
+def test_a_class_gets_different_games_and_each_can_be_played_again(here, said):
+    documents = [json.loads(said("new", "-o", f"{name}.csv", "--json")[1]) for name in "ab"]
     seeds = [document["seed"] for document in documents]
     assert seeds[0] != seeds[1]
-    code, out, _ = said(capsys, "new", "-o", "c.csv", "--seed", str(seeds[0]))
+    code, out, _ = said("new", "-o", "c.csv", "--seed", str(seeds[0]))
     assert code == 0
     assert "Seed" not in out  # it was said by whoever played
     assert (here / "c.csv").read_text() == (here / "a.csv").read_text()
-    assert "drawn; --seed" in said(capsys, "new", "-o", "d.csv")[1]
+    assert "drawn; --seed" in said("new", "-o", "d.csv")[1]
 
 
-def test_a_teacher_chooses_what_is_hidden_and_how_much(here, capsys):
+def test_a_teacher_chooses_what_is_hidden_and_how_much(here, said):
     words = ("--hide", "backlash=3 um", "--hide", "cyclic=0.006mm", "--seed", "5")
-    assert said(capsys, "new", "-o", "data.csv", *words)[0] == 0
-    secret = json.loads(said(capsys, "reveal", "data.csv", "--json")[1])
+    assert said("new", "-o", "data.csv", *words)[0] == 0
+    secret = json.loads(said("reveal", "data.csv", "--json")[1])
     effects = {effect["name"]: effect["parameters"] for effect in secret["effects"]}
     assert list(effects) == ["backlash", "cyclic"]
     assert effects["backlash"] == [{"name": "play", "value": pytest.approx(3.0), "unit": "um"}]
     assert effects["cyclic"][1] == {"name": "amplitude", "value": pytest.approx(6.0), "unit": "um"}
 
 
-def test_the_answers_of_a_class_are_kept_and_shown(here, capsys, monkeypatch):
+def test_the_answers_of_a_class_are_kept_and_shown(here, said, monkeypatch, answer):
     monkeypatch.setenv("COLUMNS", "80")
-    said(capsys, "new", "-o", "data.csv", "--hide", "backlash=10 um", "--seed", "5")
-    assert "no answers yet" in said(capsys, "score", "data.csv")[1]
-    for by, *answer in (("Ada", "backlash=10.5 um"), ("Bo", "drift"), ("Bo", "backlash")):
-        code, out, _ = said(capsys, "guess", "data.csv", *answer, "--by", by)
-        assert code == (1 if answer == ["drift"] else 0)
+    said("new", "-o", "data.csv", "--hide", "backlash=10 um", "--seed", "5")
+    assert "no answers yet" in said("score", "data.csv")[1]
+    for by, *words in (("Ada", "backlash=10.5 um"), ("Bo", "drift"), ("Bo", "backlash")):
+        code, out, _ = said("guess", "data.csv", *words, "--by", by)
+        assert code == (1 if words == ["drift"] else 0)
     assert "Kept: answer 3 in data.csv.answers" in out
-    code, out, err = said(capsys, "score", "data.csv", "--json")
-    assert (code, err, out.count("\n")) == (0, "", 1)
-    (game,) = json.loads(out)["games"]
+    (game,) = answer("score", "data.csv")["games"]
     assert game["data"] == "data.csv"
     keys = ("by", "number", "answer", "points", "most_points", "counts", "solved")
     shown = [tuple(one[key] for key in keys) for one in game["answers"]]
@@ -319,22 +255,22 @@ def test_the_answers_of_a_class_are_kept_and_shown(here, capsys, monkeypatch):
         ("Bo", 2, ["drift"], 0, 3, True, False),
         ("Bo", 3, ["backlash"], 2, 3, False, True),
     ]
-    code, out, _ = said(capsys, "score", "data.csv")
+    code, out, _ = said("score", "data.csv")
     assert code == 0
     assert "(2 of 3)" in out
     assert max(map(len, out.splitlines())) <= 80
     (here / "data.csv.answers").write_text((here / "data.csv.answers").read_text().replace("e", "f", 1))
-    code, _, err = said(capsys, "score", "data.csv")
+    code, _, err = said("score", "data.csv")
     assert (code, err.count("\n")) == (2, 1)
     assert "was changed" in err
 
 
 @pytest.mark.usefixtures("poor")
-def test_an_answer_that_cannot_be_kept_is_scored(here, capsys, monkeypatch):
+def test_an_answer_that_cannot_be_kept_is_scored(here, said, refused, monkeypatch):
     def refused(data, answer):
         raise OutputError("data.csv.answers: cannot be written: Read-only file system")
 
     monkeypatch.setattr(kept_answers, "keep", refused)
-    code, out, err = said(capsys, "guess", "data.csv", "thermal_growth", "--json")
+    code, out, err = said("guess", "data.csv", "thermal_growth", "--json")
     assert (code, json.loads(out)["kept"], json.loads(out)["number"]) == (0, None, None)
     assert err == "rtec: not kept: data.csv.answers: cannot be written: Read-only file system\n"

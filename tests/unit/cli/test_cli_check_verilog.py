@@ -69,16 +69,6 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, words, wanted):
     assert "Traceback" not in text
 
 
-@needs_icarus
-def test_rtl_that_does_not_compile(capsys, tmp_path):
-    file, pins = tmp_path / "w.v", tmp_path / "w.toml"
-    file.write_text(WIRES.replace("assign qb = b;", "assgn qb = b;"))
-    pins.write_text(pins_text("wires"))
-    code, text = said(capsys, [str(file), "--pins", str(pins), "--clock", "50MHz", *ICARUS])
-    assert code == 2
-    assert f"{file}, line 4: " in text
-
-
 def alive_with(folder: Path) -> list[list[str]]:
     """Return the words of the processes that have a folder in their arguments."""
     found = []

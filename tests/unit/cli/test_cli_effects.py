@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from rtec.cli import main
 from rtec.effects import LIBRARY, effect_named
+
+VERB = "effects"
 
 CONTRACT = (
     "offset scale pitch_map cyclic backlash backlash_map windup reversal_spike hysteresis "
@@ -15,23 +16,17 @@ CONTRACT = (
 ).split()
 
 
-def said(capsys, *words):
-    code = main(["effects", *words])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def test_every_effect_stands_in_the_table(capsys, monkeypatch):
+def test_every_effect_stands_in_the_table(said, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    code, out, err = said(capsys)
+    code, out, err = said()
     assert (code, err) == (0, "")
     for name in CONTRACT:
         assert any(line.split()[:1] == [name] for line in out.splitlines()), name
     assert max(map(len, out.splitlines())) <= 80
 
 
-def test_the_document_holds_every_card(capsys):
-    code, out, err = said(capsys, "--json")
+def test_the_document_holds_every_card(said):
+    code, out, err = said("--json")
     assert (code, err, out.count("\n")) == (0, "", 1)
     found = {entry["name"]: entry for entry in json.loads(out)["effects"]}
     assert list(found) == CONTRACT
@@ -67,16 +62,16 @@ def test_the_document_holds_every_card(capsys):
         ("stribeck", [("distance", "mm"), ("carried", ""), ("speed", "mm/s"), ("stribeck", "N")]),
     ],
 )
-def test_parameters_have_names_and_units(capsys, name, parameters):
-    _, out, _ = said(capsys, name, "--json")
+def test_parameters_have_names_and_units(said, name, parameters):
+    _, out, _ = said(name, "--json")
     document = json.loads(out)
     assert [(entry["name"], entry["unit"]) for entry in document["parameters"]] == parameters
 
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.name)
-def test_a_card_says_all_that_is_known(capsys, monkeypatch, effect):
+def test_a_card_says_all_that_is_known(said, monkeypatch, effect):
     monkeypatch.setenv("COLUMNS", "500")
-    code, out, err = said(capsys, effect.name)
+    code, out, err = said(effect.name)
     assert (code, err) == (0, "")
     text = " ".join(out.split())
     for words in (effect.card.title, effect.card.plot, effect.card.cause, effect.card.action, effect.card.source):
@@ -96,8 +91,8 @@ def test_a_card_says_all_that_is_known(capsys, monkeypatch, effect):
         ("[red]", "[red]"),
     ],
 )
-def test_other_names_are_one_line_and_2(capsys, name, says):
-    code, out, err = said(capsys, name)
+def test_other_names_are_one_line_and_2(said, name, says):
+    code, out, err = said(name)
     assert (code, out) == (2, "")
     assert says in err
     assert err.count("\n") == 1

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from rtec.cli import main
+VERB = "envelope"
 
 KEYS = {"design", "processor", "clock_hz", "max_safe_hz", "limited_by", "reaches_500khz", "gate_hz", "failing"}
 MECHANISMS = {
@@ -15,13 +15,6 @@ MECHANISMS = {
     "speed gate",
     "no answer",
 }
-NOTHING = ":0200000080FE80\n:00000001FF\n"  # SJMP $
-COPY = ":0600000085B09002000033\n:00000001FF\n"  # MOV P1,P3; LJMP 0
-
-
-def said(capsys, *words):
-    code = main(["envelope", *words])
-    return code, *capsys.readouterr()
 
 
 @pytest.fixture
@@ -34,12 +27,10 @@ def image(tmp_path):
     return written
 
 
-def test_json_is_one_document_with_the_keys_relied_on(capsys, tmp_path):
+def test_json_is_one_document_with_the_keys_relied_on(said, tmp_path, answer):
     figure = tmp_path / "envelope.png"
     words = ["--design", "original", "--processor", "8051-12mhz", "--figure", str(figure)]
-    code, out, err = said(capsys, *words, "--json")
-    assert (code, err, out.count("\n")) == (0, "", 1)
-    [row] = json.loads(out)["rows"]
+    [row] = answer(*words)["rows"]
     assert set(row) >= KEYS | {"max_acceleration_counts_s2", "jitter_ps", "hold_latch", "sweep"}
     assert (row["design"], row["processor"], row["clock_hz"]) == ("original", "8051-12mhz", 12_000_000)
     assert 20_000 < row["max_safe_hz"] < 30_000
@@ -53,41 +44,32 @@ def test_json_is_one_document_with_the_keys_relied_on(capsys, tmp_path):
     assert {tried["does"] for tried in row["frequencies"]} == {"inserts", "passes"}
     assert figure.read_bytes().startswith(b"\x89PNG")
     # a second run does not write over it
-    code, _, err = said(capsys, *words)
+    code, _, err = said(*words)
     assert code == 2
     assert "--force" in err
 
 
-def test_a_processor_of_ones_own_and_a_table(capsys, tmp_path):
+def test_a_processor_of_ones_own_and_a_table(said, tmp_path):
     figure = tmp_path / "envelope.svg"
     words = ["--design", "a", "--processor", "12-clock 24MHz", "--jitter", "50ns", "--figure", str(figure)]
-    code, out, err = said(capsys, *words)
+    code, out, err = said(*words)
     assert (code, err) == (0, "")
     assert "8051-24mhz" in out
     assert "insertion window" in out
     assert "<svg" in figure.read_text()
 
 
-def test_a_program_that_never_inserts(capsys, image):
-    words = ["--design", "c", "--processor", "8051-12mhz", "--image", image(NOTHING)]
-    code, out, _ = said(capsys, *words, "--json")
-    [row] = json.loads(out)["rows"]
-    assert (code, row["max_safe_hz"], row["limited_by"]) == (0, 0.0, "no answer")
-
-
-def test_lines_passed_on_alone(capsys, image):
-    # a look every 4 cycles of 1 us
-    words = ["--design", "b", "--processor", "8051-12mhz", "--image", image(COPY), "--nothing-owed", "--json"]
-    code, out, err = said(capsys, *words)
-    assert (code, err) == (0, "")
-    [row] = json.loads(out)["rows"]
+def test_lines_passed_on_alone(answer, image):
+    # MOV P1,P3; LJMP 0: a look every 4 cycles of 1 us
+    copy = image(":0600000085B09002000033\n:00000001FF\n")
+    [row] = answer("--design", "b", "--processor", "8051-12mhz", "--image", copy, "--nothing-owed")["rows"]
     assert 61_500 < row["max_safe_hz"] <= 62_500
     assert row["gate_hz"] is None
 
 
-def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(capsys):
+def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(said):
     words = ["--design", "c", "--processor", "8051-12mhz", "--motion", "reversal", "--acceleration", "100 MHz/s"]
-    code, out, err = said(capsys, *words, "--json")
+    code, out, err = said(*words, "--json")
     assert (code, err) == (0, "")
     [row] = json.loads(out)["rows"]
     # a turn before the first change is refused, one behind it merges with the pulses: at some speed the turns meet it
@@ -102,39 +84,27 @@ def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(capsys
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (["--design", "d"], "design"),
-        (["--processor", "z80"], "processor"),
         (["--processor", "12-clock 5Hz"], "--processor: 5 Hz is too small"),
-        (["--jitter", "5"], "--jitter"),
         (["--jitter", "2ms", "--design", "c"], "--jitter"),
-        (["--jitter", "-5ns"], "--jitter"),
         (["--image", "mine.hex"], "--image"),
         (["--image", "mine.hex", "--design", "a", "--design", "b"], "--image"),
         (["--image", "no-such.hex", "--design", "a"], "no-such.hex"),
         (["--nothing-owed"], "--nothing-owed"),
-        (["--nothing-owed", "--design", "c"], "--nothing-owed"),
         (["--figure", "envelope.gif"], "--figure"),
         (["--motion", "revresal"], "did you mean 'reversal'"),
-        (["--motion", "no-such.nc"], "no-such.nc"),
         (["--motion", "ramp", "--jitter", "5ns"], "--jitter"),
         (["--motion", "ramp", "--exhaustive"], "--exhaustive"),
         (["--motion", "ramp", "--seed", "3"], "--seed"),
-        (["--motion", "ramp", "--acceleration", "5"], "--acceleration"),
         (["--motion", "ramp", "--acceleration", "1e15 Hz/s"], "--acceleration"),
         (["--acceleration", "5 MHz/s"], "--acceleration"),
         (["--seed", "3"], "--seed"),
-        (["--figure", "no/such/folder/envelope.png"], "--figure"),
-        (["--fast"], "--fast"),
     ],
 )
-def test_bad_arguments_are_one_line(capsys, words, named):
-    code, out, err = said(capsys, *words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
+def test_bad_arguments_are_one_line(refused, words, named):
+    err = refused(*words)
     assert named in err
     assert "Traceback" not in err
 
 
-def test_a_broken_image_is_one_line(capsys, image):
-    code, out, err = said(capsys, "--design", "c", "--image", image(":0200000080FE81\n:00000001FF\n"))
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "checksum" in err
+def test_a_broken_image_is_one_line(refused, image):
+    assert "checksum" in refused("--design", "c", "--image", image(":0200000080FE81\n:00000001FF\n"))

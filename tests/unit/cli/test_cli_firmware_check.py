@@ -11,19 +11,14 @@ from hex_writer import write_hex
 
 from firmware_model import Image, read_hex
 from firmware_model.images import build
-from rtec.board import Microcontroller
 from rtec.cli import main
-from rtec.injector import Design
+
+VERB = "firmware"
 
 NEEDS_SDCC = pytest.mark.skipif(shutil.which("sdas8051") is None, reason="sdas8051 of SDCC is not installed")
 SHIPPED = Path(build.__file__).parent
 SWAPPED = ("C290C291D290D291", "C291C290D291D290")
 """clr P1.0, clr P1.1, setb P1.0, setb P1.1 the other way round: an insertion of the other sign."""
-
-
-def said(capsys, *words):
-    code = main(["firmware", *(str(word) for word in words)])
-    return code, *capsys.readouterr()
 
 
 def record(address, data):
@@ -63,10 +58,10 @@ def judged_once(monkeypatch):
 QUICK = ("--design", "original", "--phases", "1", "--frequency", "2kHz", "--tries", "16")
 
 
-def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
+def test_a_good_image_passes(image, said, tmp_path, judged_once):
     figure, vcd = tmp_path / "a.png", tmp_path / "a.vcd"
     words = ["check", image(), *QUICK, "--figure", figure, "--vcd", vcd]
-    code, out, err = said(capsys, *words, "--json")
+    code, out, err = said(*words, "--json")
     found = json.loads(out)
     assert (code, err, found["passed"]) == (0, "", True)
     assert {check["passed"] for check in found["checks"]} == {True}
@@ -82,10 +77,10 @@ def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
     for group in ("encoder", "controller", "box", "P1", "check"):
         assert f"$scope module {group} $end" in text
     assert text.count(" P1_") == 8
-    code, out, err = said(capsys, *words)
+    code, out, err = said(*words)
     assert (code, out) == (2, "")
     assert "exists" in err
-    code, out, _ = said(capsys, *words[:-2], "--force")  # the picture again
+    code, out, _ = said(*words[:-2], "--force")  # the picture again
     assert code == 0
     assert "passed: 24 points hold" in out
     assert "slowest insertion" in out
@@ -93,10 +88,10 @@ def test_a_good_image_passes(image, capsys, tmp_path, judged_once):
 
 
 @pytest.mark.usefixtures("no_speeds")
-def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path, judged_once):
+def test_a_bad_image_fails_with_cycle_and_address(image, said, capsys, tmp_path, judged_once):
     file = image(*SWAPPED)
     (tmp_path / "mine.sym").write_text("0x0000 reset\n0x0290 pulses\n")
-    code, out, err = said(capsys, "check", file, *QUICK, "--figure", tmp_path / "b.svg", "--json")
+    code, out, err = said("check", file, *QUICK, "--figure", tmp_path / "b.svg", "--json")
     found = json.loads(out)
     assert (code, err, found["passed"]) == (1, "", False)
     failed = {check["name"]: check for check in found["checks"] if check["passed"] is False}
@@ -113,7 +108,7 @@ def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path, judge
     (played,) = json.loads(capsys.readouterr().out)["checks"]
     assert (code, played["passed"]) == (1, False)
     assert "counts -4 where +4 is right" in played["reason"]
-    code, out, _ = said(capsys, "check", file, *QUICK)
+    code, out, _ = said("check", file, *QUICK)
     assert code == 1
     assert "FAILED" in out
     assert "clr p1.1" in out
@@ -121,59 +116,25 @@ def test_a_bad_image_fails_with_cycle_and_address(image, capsys, tmp_path, judge
     assert f"cycle {point['cycle']}" in out.replace("\n", " ")
 
 
-def test_a_label_file_of_another_tool_is_left_alone(tmp_path, capsys):
-    file = tmp_path / "wait.hex"
-    file.write_text(f"{record(0, bytes.fromhex('80FE'))}\n:00000001FF\n")  # sjmp $
-    file.with_suffix(".sym").write_text("; symbols\nwhatever\n")
-    code, out, err = said(capsys, "check", file, "--design", "c")
-    assert (code, err) == (1, "")
-    assert "at 0000h" in out
-
-
-def test_a_program_that_never_answers_has_no_figure(tmp_path, capsys):
+def test_a_program_that_never_answers_has_no_figure(tmp_path, said):
     file, figure = tmp_path / "wait.hex", tmp_path / "c.png"
-    file.write_text(f"{record(0, bytes.fromhex('80FE'))}\n:00000001FF\n")  # sjmp $
-    code, out, err = said(capsys, "check", file, "--design", "c", "--figure", figure, "--json")
+    file.write_text(":0200000080FE80\n:00000001FF\n")  # sjmp $
+    file.with_suffix(".sym").write_text("; symbols\nof another tool\n")
+    code, out, err = said("check", file, "--design", "c", "--figure", figure, "--json")
     found = json.loads(out)
-    assert code == 1
+    assert (code, figure.exists()) == (1, False)
     assert "not written" in err
-    assert not figure.exists()
     assert "between 0000h and 0000h" in found["checks"][1]["detail"]
     assert [check["passed"] for check in found["checks"]] == [True, False, None, None]
+    assert "at 0000h" in said("check", file, "--design", "c")[1]
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        (":0200000080FE81\n:00000001FF\n", "checksum 81"),
-        (":0200000080FE80\n:0200010080FE7F\n:00000001FF\n", "for the second time"),
-        (":0200000080FE80\n", "no end-of-file record"),
-        ("", "empty file"),
-        ("\x7fELF", "an ELF file"),
-        (":02000000", "is the line cut off?"),
-        ("\n" * (5 * 2**20), "at most 4 MiB"),
-    ],
+    ("text", "says"), [(":0200000080FE81\n:00000001FF\n", "checksum 81"), ("\x7fELF", "an ELF file")]
 )
-@pytest.mark.parametrize("verb", [["firmware", "check"], ["check"]], ids=" ".join)
-def test_a_damaged_file_is_one_line(tmp_path, capsys, verb, text, says):
-    file = tmp_path / "bad.hex"
-    file.write_text(text)
-    code = main([*verb, str(file), "--design", "c"])
-    out, err = capsys.readouterr()
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert says in err
-
-
-def test_rtec_check_says_of_an_image_for_another_part_where_it_stops(tmp_path, capsys):
-    file = tmp_path / "t2.hex"
-    file.write_text(f"{record(0, bytes.fromhex('75C80480FE'))}\n:00000001FF\n")  # mov T2CON,#4
-    code = main(["check", str(file), "--design", "c", "--json"])
-    found = json.loads(capsys.readouterr().out)
-    assert (code, found["passed"], found["max_passing_hz"]) == (1, False, None)
-    first, *others = found["checks"]
-    assert "unmapped SFR at 0000h" in first["reason"]
-    assert "is the image for another part than the 8051?" in first["reason"]
-    assert {check["passed"] for check in others[:-2]} == {None}
+def test_a_damaged_file_is_one_line(tmp_path, refused, text, says):
+    (tmp_path / "bad.hex").write_text(text)
+    assert says in refused("check", tmp_path / "bad.hex", "--design", "c")
 
 
 @pytest.mark.parametrize(
@@ -184,23 +145,13 @@ def test_rtec_check_says_of_an_image_for_another_part_where_it_stops(tmp_path, c
         (["--design", "c", "--processor", "z80"], "--processor: 'z80'"),
         (["--design", "c", "--part", "8048"], "--part: '8048'"),
         (["--design", "c", "--frequency", "1"], "--frequency"),
-        (["--design", "c", "--frequency", "3mHz"], "--frequency"),
         (["--design", "c", "--phases", "0"], "--phases"),
         (["--design", "c", "--figure", "a.bmp"], "--figure: a.bmp"),
-        (["--design", "c", "--vcd", "no/folder.vcd"], "--vcd: there is no folder"),
     ],
 )
-def test_bad_words_are_one_line(image, capsys, words, says, tmp_path, monkeypatch):
+def test_bad_words_are_one_line(image, refused, words, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, out, err = said(capsys, "check", image(), *words)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert says in err
-
-
-def test_a_missing_file_is_one_line(capsys):
-    code, out, err = said(capsys, "check", "no.hex", "--design", "c")
-    assert (code, out) == (2, "")
-    assert "no.hex: No such file" in err
+    assert says in refused("check", image(), *words)
 
 
 # copy, build, list
@@ -208,67 +159,46 @@ def test_a_missing_file_is_one_line(capsys):
 
 @NEEDS_SDCC
 @pytest.mark.parametrize(("processor", "folder"), [("8051-12mhz", "."), ("one-clock-25mhz", "one_clock_25mhz")])
-def test_a_copy_builds_to_the_shipped_image(tmp_path, capsys, monkeypatch, processor, folder):
+def test_a_copy_builds_to_the_shipped_image(tmp_path, said, answer, monkeypatch, processor, folder):
     monkeypatch.chdir(tmp_path)
-    assert said(capsys, "copy", "a", "mine.asm")[0] == 0
-    code, out, _ = said(capsys, "build", "mine.asm", "--processor", processor, "--json")
-    assert code == 0
-    assert json.loads(out)["written"] == ["mine.ihx", "mine.lst", "mine.sym"]
+    assert said("copy", "a", "mine.asm")[0] == 0
+    assert answer("build", "mine.asm", "--processor", processor)["written"] == ["mine.ihx", "mine.lst", "mine.sym"]
     assert Path("mine.ihx").read_text() == (SHIPPED / folder / "a.ihx").read_text()
     assert "0x0030 start" in Path("mine.sym").read_text()
 
 
-def test_a_copy_is_the_source_and_spares_what_is_there(tmp_path, capsys, monkeypatch):
+def test_a_copy_is_the_source_and_spares_what_is_there(tmp_path, said, refused, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert said(capsys, "copy", "c", "mine.asm", "--json")[0] == 0
+    assert said("copy", "c", "mine.asm", "--json")[0] == 0
     assert Path("mine.asm").read_bytes() == (SHIPPED / "c.asm").read_bytes()
     for words, says in (
         (["a", "mine.asm"], "exists"),
         (["d", "other.asm"], "design: 'd'"),
         (["a", "other.txt"], "ends in .asm"),
     ):
-        code, out, err = said(capsys, "copy", *words)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert says in err
-    assert said(capsys, "copy", "a", "mine.asm", "--force")[0] == 0
+        assert says in refused("copy", *words)
+    assert said("copy", "a", "mine.asm", "--force")[0] == 0
 
 
-def test_build_says_what_is_wrong(tmp_path, capsys, monkeypatch):
+def test_build_says_what_is_wrong(tmp_path, refused, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.asm").write_text("        .module mine\n        nopp\n")
     for words, says in ((["no.asm"], "no such source"), (["mine.asm", "--processor", "z80"], "--processor: 'z80'")):
-        code, out, err = said(capsys, "build", *words)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert says in err
+        assert says in refused("build", *words)
     monkeypatch.setenv("PATH", "")
-    code, _, err = said(capsys, "build", "mine.asm")
-    assert code == 2
-    assert "apt-get install sdcc" in err
+    assert "apt-get install sdcc" in refused("build", "mine.asm")
 
 
 @NEEDS_SDCC
-def test_build_names_file_and_line(tmp_path, capsys):
+def test_build_names_file_and_line(tmp_path, refused):
     file = tmp_path / "mine.asm"
     file.write_text("        .module mine\n        nopp\n")
-    code, _, err = said(capsys, "build", file)
-    assert code == 2
-    assert "mine.asm:2: Error" in err
-
-
-def test_list_names_each_image_with_its_processor(capsys):
-    code, out, _ = said(capsys, "list", "--json")
-    assert code == 0
-    rows = json.loads(out)["images"]
-    assert len(rows) == 12
-    for row in rows:
-        chip, design = Microcontroller.named(row["processor"]), Design.named(row["design"])
-        assert Path(row["image"]) == chip.image(design)
-        assert Path(row["source"]).is_file()
+    assert "mine.asm:2: Error" in refused("build", file)
 
 
 @NEEDS_SDCC
 @pytest.mark.usefixtures("no_speeds")
-def test_the_how_to_page_shows_what_happens(tmp_path, capsys, monkeypatch):
+def test_the_how_to_page_shows_what_happens(tmp_path, said, monkeypatch):
     page = (Path(__file__).parents[3] / "docs" / "how-to-firmware.md").read_text()
     mistake = re.search(r"```asm\n(.*?)```", page, re.DOTALL)[1]
     shown = re.search(r"```text\n(.*?)```", page, re.DOTALL)[1]
@@ -277,7 +207,7 @@ def test_the_how_to_page_shows_what_happens(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     codes, checked = [], ""
     for words in commands:
-        code, out, _ = said(capsys, *words)
+        code, out, _ = said(*words)
         codes.append(code)
         if words[0] == "copy":
             source = Path("mine.asm").read_text()

@@ -6,11 +6,10 @@ import shlex
 import pytest
 import typer
 
-from rtec.cli import main
-from rtec.cli._groups import EXAMPLE
-from rtec.cli._verbs import VERBS, application
+from rtec.cli import application, main
 
 GROUP = typer.main.get_command(application())
+EXAMPLE = "Example: "
 
 
 def verbs(command=GROUP, words=()):
@@ -84,11 +83,8 @@ def test_help_fits_the_terminal(capsys, monkeypatch, words, command, columns):
     ("words", "option"),
     [
         (["envelope", "--design", "x"], "--design"),
-        (["safety", "--design", "x"], "--design"),
-        (["tables", "--design", "x"], "--design"),
         (["box", "--design", "x"], "--design"),
         (["run", "--firmware", "--processor", "x"], "--processor"),
-        (["envelope", "--processor", "x"], "--processor"),
         (["check", "c", "--step", "2"], "--step"),
         (["check", "c", "--states", "00"], "--states"),
         (["safety", "--soak", "1e9 h"], "--soak"),
@@ -101,11 +97,9 @@ def test_a_message_names_the_option_and_lists_what_is_allowed_once(capsys, words
     assert err.count("original, a, b, c") <= 1
 
 
-def test_an_option_of_another_verb_is_not_named():
-    assert GROUP.commands["effects"].option_behind("design") == "design"
-    assert GROUP.commands["simulate"].option_behind("glitch_ps") == "--glitch-width"
-    assert GROUP.commands["simulate"].option_behind("glitch_mm") == "glitch_mm"
-
-
-def test_the_list_of_verbs_says_what_each_of_them_says():
-    assert {name: command.help.splitlines()[0] for name, command in GROUP.commands.items()} == VERBS
+def test_the_list_of_verbs_says_what_each_of_them_says(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    main(["--help"])
+    listed = [" ".join(line.strip("│").split()) for line in capsys.readouterr().out.splitlines()]
+    for name, command in GROUP.commands.items():
+        assert f"{name} {command.help.splitlines()[0]}" in listed

@@ -18,10 +18,10 @@ from rtec.conformance.suite import TRIES
 from rtec.conformance.trials import Trials
 from rtec.examples import designs, mutants
 from rtec.injector import Design
-from tests.mutants import designs as mutants_designs
 from tests.played import InProcess, Wires
+from tools.mutants import designs_of
 
-MUTANTS = mutants_designs()
+MUTANTS = designs_of(mutants)
 RIGHT = {design.value: kind for design in Design for kind in [getattr(designs, design.value.capitalize())]}
 PAGE = (Path(__file__).parents[3] / "docs" / "mutants.md").read_text(encoding="utf-8")
 

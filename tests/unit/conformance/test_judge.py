@@ -127,6 +127,26 @@ def test_each_fault_and_its_moment(fault, at_ns, out, done):
     assert (violation.fault, violation.time_ps) == (fault, at_ns * 1000)
 
 
+def test_a_total_that_does_not_fit_the_counts_is_told_as_such():
+    out = [(2000, 1), (2200, 3)]
+    assert played("00 1us:r1 9us:end", out, done=[(2200, 2)]).reason == (
+        "+2 steps said to be completed where +1 were inserted (controller +2, encoder +0)"
+    )
+    assert played("00 1us:r1 9us:end", out).reason.startswith("0 steps said to be completed where +1 were inserted")
+    # half a step, or a step that was booked as it was asked for and is not there: the counts are what is wrong
+    assert played("00 1us:r1 9us:end", [(2000, 1)], done=[(2200, 1)]).reason.startswith("the controller counts +1")
+    assert played("00 1us:r1 9us:end", [], done=[(2200, 1)]).reason.startswith("the controller counts +0")
+
+
+def test_what_an_algorithm_says_brings_no_escape_sequence():
+    stimulus = Stream.read("00 9us:end").stimulus()
+    broken = Break(time_ps=5, reason="step raised \x1b[2J\x07")
+    seen = judge(stimulus, Response(edges=EdgeStream([], [], initial=0), completed=Totals(), broken=broken), CONTRACT)
+    assert seen.violation.reason == "step raised \ufffd[2J\ufffd"
+    violation = played("00 1us:r1 9us:end", [], refusals=((1_500_000, "\x1b[31mno"),), may_refuse=False)
+    assert "refused: \ufffd[31mno" in str(violation)
+
+
 def test_other_levels_at_power_up():
     assert played("00 9us:end", [], initial=3).fault is Fault.POWER_UP
 

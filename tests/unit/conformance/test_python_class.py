@@ -325,5 +325,15 @@ def test_calls_without_end_are_a_break(monkeypatch):
 
     monkeypatch.setattr(_python_child, "_MOST_CALLS", 100)
     (response,) = InProcess(Often).play([Stream.read(MOTION).stimulus()])
-    assert response.broken.reason == "asks to be called more than 100 times in one run"
+    assert response.broken.reason == "asks to be called more than 100 times in one run, sooner than every 10 ns"
     assert response.broken.time_ps == 100
+
+
+def test_a_poll_may_last_long(monkeypatch):
+    class Polls:
+        def step(self, t_ps, ab, requested):
+            return ab, 0, t_ps + 10_000
+
+    monkeypatch.setattr(_python_child, "_MOST_CALLS", 100)
+    (response,) = InProcess(Polls).play([Stream.read("00 1us:+ 9us:end").stimulus()])
+    assert response.broken is None

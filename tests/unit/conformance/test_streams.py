@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from rtec.conformance.contract import Contract
-from rtec.conformance.streams import Stream, can_be, first_that_cannot_be
-from rtec.errors import ArgumentError
+from rtec.conformance.streams import Stream, can_be, first_that_cannot_be, why_it_cannot_be
+from rtec.errors import ArgumentError, RtecError
 from rtec.injector import Totals
 from rtec.signal import EdgeStream
 from tests.oracles import axis_oracle
@@ -119,6 +119,32 @@ def test_which_edge_comes_too_early(text, first):
     stream = Stream.read(text)
     assert first_that_cannot_be(stream, CONTRACT) == first
     assert can_be(stream, CONTRACT) is (first == stream.edges_ps.size)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("00 500ns:+ 1us:+ 9us:end", ""),
+        ("00 1us:+ 1.4us:+ 9us:end", "the edge at 1.4us comes 400ns after the one before; at most 500 kHz"),
+        ("00 1us:+ 1.05us:- 9us:end", "the edge at 1.05us comes 50ns after the one before, which it takes back"),
+        ("00 100us:+ 101us:+ 9ms:end", "the axis would have to gain or lose more than 100 MHz/s"),
+    ],
+)
+def test_a_stream_that_no_encoder_sends_says_which_edge(text, why):
+    said = why_it_cannot_be(Stream.read(text), CONTRACT)
+    assert why in said
+    assert bool(why) is bool(said)
+
+
+def test_a_stream_of_many_edges_comes_from_a_file(tmp_path):
+    text = f"00 {' '.join(f'{k}us:+' for k in range(1, 40_001))} 1s:end"
+    (tmp_path / "long").write_text(text)
+    assert str(Stream.given(str(tmp_path / "long"))) == str(Stream.given(text))
+    for text in ("none.txt", "02 1us:+ " * 100, ""):  # a name may even be too long for a file
+        with pytest.raises(ArgumentError, match="or a file with them"):
+            Stream.given(text)
+    with pytest.raises(RtecError, match="no regular file"):
+        Stream.given(str(tmp_path))
 
 
 def test_kernels_get_arrays_of_one_kind_however_they_were_given():

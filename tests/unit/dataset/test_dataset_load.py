@@ -18,9 +18,6 @@ def notes(data):
     return "\n".join(data.notes)
 
 
-# ---- what is observed, and over which coordinate
-
-
 @pytest.mark.parametrize(
     ("header", "values", "observe", "coordinate", "units", "observed", "position"),
     [
@@ -166,9 +163,6 @@ def test_a_measurement_or_a_laser_file_will_do(load, tmp_path):
     np.testing.assert_allclose(data.conditions.temperatures["temperature_material"], 22.0, atol=0.06)
 
 
-# ---- facts
-
-
 @pytest.mark.parametrize(
     ("fact", "unit", "attribute", "value"),
     [
@@ -254,9 +248,6 @@ def test_a_period_that_time_or_counts_cannot_use_is_noted(load):
     assert load("# screw_pitch: 384 s\ntime_s,deviation_um\n0,1\n1,2\n2,3\n").conditions.screw_pitch == 384
 
 
-# ---- a file to score on
-
-
 TRAIN = "# screw_pitch: 5 mm\n# reference_temperature: 22 degC\ntarget_mm,deviation_um,temperature_degc\n" + rows(
     range(5), range(5), range(5)
 )
@@ -317,8 +308,6 @@ def test_time_that_only_one_of_two_files_has(load):
     with pytest.raises(FileFormatError, match="no time here, but in"):
         load("target_mm,deviation_um\n" + rows(range(5), range(5)), like=load(with_time, "train.csv"))
 
-
-# ---- real files
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
 

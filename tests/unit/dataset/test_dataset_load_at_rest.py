@@ -70,32 +70,6 @@ def test_feed_takes_the_direction(load):
     assert data.conditions.acceleration is None
 
 
-def test_runs_from_whole_passes(load):
-    data = load("target_mm,deviation_um\n" + rows(BIDIRECTIONAL * 3, range(18)))
-    assert data.conditions.run.tolist() == [1] * 6 + [2] * 6 + [3] * 6
-    assert data.cell.tolist() == [0, 1, 2, 3, 4, 5] * 3
-    assert "3 passes over the same places count as runs" in notes(data)
-    # a target read twice is no pass
-    data = load("target_mm,deviation_um\n" + rows([0, 1, 1, 2, 3, 4], range(6)))
-    assert set(data.conditions.run) == {1}
-    assert not data.has_repeats
-
-
-def test_runs_from_passes_in_one_direction(load):
-    data = load("target_mm,deviation_um\n" + rows([0, 1, 2, 3] * 3, range(12)))
-    assert data.conditions.run.tolist() == [1] * 4 + [2] * 4 + [3] * 4
-    assert data.conditions.direction.tolist() == [1] * 12
-    assert data.cell.tolist() == [0, 1, 2, 3] * 3
-    assert "3 passes in one direction count as runs" in notes(data)
-    data = load("target_mm,deviation_um\n" + rows([3, 2, 1, 0, 3, 2], range(6)))
-    assert data.conditions.direction.tolist() == [-1] * 6
-    assert data.conditions.run.tolist() == [1] * 4 + [2] * 2
-    # one look back at the start is no pass
-    data = load("target_mm,deviation_um\n" + rows([0, 1, 2, 3, 0], range(5)))
-    assert data.conditions.run.tolist() == [1] * 5
-    assert data.conditions.direction.tolist() == [1, 1, 1, 1, -1]
-
-
 def test_time_of_readings_at_rest(load):
     run, clock = [1, 1, 1, 2, 2, 2], [5, 6, 8, 2, 3, 4]
     data = load("run,time_min,target_mm,deviation_um\n" + rows(run, clock, [0, 1, 2] * 2, range(6)))

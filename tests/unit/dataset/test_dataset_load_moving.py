@@ -31,9 +31,6 @@ def there_and_back(rate, seconds=6.0, reach=80.0):
     return time, position, velocity, acceleration
 
 
-# ---- what is a log of a moving axis
-
-
 def a_test_at_rest(seconds, targets=21, runs=5):
     one = np.linspace(0, 400, targets)
     position = np.tile(np.concatenate([one, one[::-1]]), runs)
@@ -125,9 +122,6 @@ def test_stretches_and_rates():
     assert even_rate(np.zeros(1), [(0, 1)]) is None
 
 
-# ---- the motion before a run at constant speed
-
-
 def a_run(homing, speed=100.0, wobble=5.0):
     """Return a run at constant speed with cogging, and at its start a swing that dies down like homing."""
     time = np.cumsum(np.random.default_rng(1).uniform(1.8e-3, 2.8e-3, 4300))
@@ -175,9 +169,6 @@ def test_each_run_loses_its_own_homing():
     data = load_dataset(measured(**columns))
     assert data.rows == 2 * (time.size - count)
     assert sum("of run" in note for note in data.notes) == 2
-
-
-# ---- derivatives and decimation
 
 
 def by_hand(position, force, rate=1000.0, cutoff=100.0):
@@ -391,9 +382,6 @@ def test_a_log_to_score_on_passes_the_same_filter():
     jittered = load_dataset(measured(**(columns | {"time": ("s", uneven)})))
     assert jittered.cutoff_hz is None
     assert load_dataset(measured(**columns), like=jittered).rows == time.size
-
-
-# ---- real logs
 
 
 @needs_shared

@@ -8,10 +8,9 @@ from inference_oracle import measured
 
 from rtec.dataset import many_rows as module
 from rtec.dataset.drive_signals import Resample
-from rtec.dataset.many_rows import ENOUGH_REPEATS, MOST_ROWS, one_of_every, search_sample, shortened
+from rtec.dataset.many_rows import ENOUGH_REPEATS, one_of_every, search_sample, shortened
 from rtec.effects import effect_named
 from rtec.effects.frequency_grid import frequencies
-from rtec.inference.diagnose import diagnose
 
 
 def equal_runs(data):
@@ -106,33 +105,9 @@ def test_a_decimated_log_stays_whole():
     assert shortened(replace(data, resample=whole), most=100).rows == 10_000
 
 
-@pytest.mark.parametrize("plan", [{"runs": 4, "targets": 5000}, {"runs": 2500, "targets": 8}])
-def test_a_search_in_a_large_measurement_finds_the_same(plan):
-    data = measured(lambda x, way, t, run: 0.004 * way, timed=False, **plan)
-    assert data.rows >= 2 * MOST_ROWS
-    part = shortened(data, most=400)
-    assert 380 <= part.rows <= 400
-    result = diagnose(part)
-    assert result.effects == ("backlash",)
-    assert result.model.terms[0].amplitudes[0] == pytest.approx(0.008, abs=4 * 0.002 / 10)
-
-
-def test_the_diagnosis_looks_at_a_part_and_says_so(monkeypatch):
-    monkeypatch.setattr("rtec.inference.diagnose.shortened", lambda data, seed: shortened(data, most=210, seed=seed))
-    result = diagnose(measured(lambda x, way, t, run: 0.004 * way, runs=5, targets=42, timed=False))
-    assert result.dataset.rows == 210
-    assert any("210 of 420 readings are searched" in note for note in result.notes)
-    assert result.effects == ("backlash",)
-
-
 # what a search draws of a long one
 
 CYCLIC = effect_named("cyclic")
-
-
-def test_what_is_not_long_is_looked_at_as_it_is():
-    data = measured()
-    assert search_sample(data) is data
 
 
 def test_whole_cells_are_kept(monkeypatch):

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from rtec.effects import Conditions
-from rtec.effects._heat import SensorShape
 from rtec.effects.dead_path import DeadPath
 from rtec.effects.refraction import Refraction, air_sensors, change_of_index, refractivity
 from rtec.errors import ArgumentError
+
+SensorShape = Refraction().shape_type
 
 
 def shop_floor(hpa, degc, percent):

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from rtec.effects import CyclicShape
-from rtec.effects._harmonics import WavesShape
 from rtec.effects.cogging import Cogging
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.lost_counts import LostCounts, StepShape
 from rtec.effects.stribeck import Stribeck, StribeckShape
 from rtec.effects.warm_up import WarmShape, WarmUp
 from rtec.effects.windup import Windup, WindupShape
+
+WavesShape = Cogging().shape_type
 
 ENOUGH = 0.975
 BETWEEN_WAVES = 0.955

@@ -7,7 +7,6 @@ import pytest
 from encoder_disc_oracle import deviations
 
 from rtec.effects import Conditions, CyclicShape, MapShape, Units, frequency_grid
-from rtec.effects._harmonics import WavesShape
 from rtec.effects._periodic import families
 from rtec.effects.cogging import Cogging
 from rtec.effects.cyclic import Cyclic
@@ -24,8 +23,9 @@ from rtec.effects.interpolation import Interpolation, InterpolationShape
 from rtec.effects.pitch_map import PitchMap
 from rtec.errors import ArgumentError
 
+WavesShape = Cogging().shape_type
+
 LINEAR = Units("mm", "mm", "s")
-DEG = Units("a", "deg", "s")
 
 
 def at(position, unit="mm", **others):
@@ -427,10 +427,6 @@ def test_a_signal_period_that_the_targets_do_not_show(bidirectional, change, rea
     assert reason in Interpolation().untestable(bidirectional(np.arange(21) * 19.7, **change))
 
 
-def test_a_signal_period_that_the_targets_show(bidirectional):
-    assert Interpolation().untestable(bidirectional(np.arange(21) * 19.7031, signal_period=0.02)) is None
-
-
 def test_a_disc_off_centre():
     radius, off = 25.0, 0.01
     turned = np.radians(np.linspace(0.0, 700.0, 300))
@@ -500,11 +496,6 @@ def test_a_turn_that_is_full_shows_more_waves(turned, places, most):
 )
 def test_a_turn_that_the_data_do_not_show(position, turn, reason):
     assert reason in Eccentricity().untestable(at(position, unit="deg", revolution=turn))
-
-
-def test_half_a_turn_is_enough():
-    assert Eccentricity().untestable(at(np.linspace(0.0, 180.0, 13), unit="deg", revolution=360.0)) is None
-    assert Eccentricity().shapes(at(np.arange(9.0), unit="count", revolution=8192.0)) == [EccentricityShape(8192.0)]
 
 
 def test_a_family_is_taken_apart_into_what_may_be_a_part_of_it():

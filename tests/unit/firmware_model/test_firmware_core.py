@@ -58,58 +58,12 @@ def test_reset_keeps_ram_and_time():
     assert (cpu.iram[0x30], _sfr(cpu, P1), cpu.pc, cpu.cycles) == (0x12, 0xFF, 0, 10)
 
 
-@pytest.mark.parametrize("bank", range(4))
-def test_register_banks(bank):
-    cpu = _cpu(bytes([0x75, PSW, bank << 3, *(byte for n in range(8) for byte in (0x78 + n, 0x50 + n))]))
-    cpu.run(10)
-    assert cpu.iram[8 * bank : 8 * bank + 8].tolist() == list(range(0x50, 0x58))
-    assert cpu.iram[:0x50].astype(int).sum() == sum(range(0x50, 0x58))
-
-
-def test_upper_ram_is_indirect_only():
-    cpu = _cpu("78 90 76 55 E5 90")  # MOV R0,#90h; MOV @R0,#55h; MOV A,P1
-    cpu.run(3)
-    assert (cpu.iram[0x90], _sfr(cpu, P1), _sfr(cpu, ACC)) == (0x55, 0xFF, 0xFF)
-
-
-def test_bits_of_internal_ram():
-    for bit in range(128):
-        cpu = _cpu(bytes([0xD2, bit, 0xA2, bit, 0x92, bit ^ 1, 0xB2, bit]))  # SETB; MOV C; MOV other,C; CPL
-        cpu.run(2)
-        assert cpu.iram[0x20 + bit // 8] == 1 << bit % 8
-        cpu.run(3)
-        assert cpu.iram[0x20 + bit // 8] == 1 << (bit ^ 1) % 8
-
-
-def test_bit_addressable_registers():
-    for address in (ACC, 0xF0, P1):
-        cpu = _cpu(bytes([0xC2, address + 3, 0xD2, address + 6]))
-        cpu.sfr[address - 0x80] = 0x08
-        cpu.run(2)
-        assert _sfr(cpu, address) == 0x40
-
-
 def test_stack_order():
     cpu = _cpu("C0 E0 C0 81 D0 30")  # PUSH ACC; PUSH SP; POP 30h
     cpu.sfr[ACC - 0x80] = 0x77
     cpu.run(6)
     # PUSH increments first: 77h at 08h, then the new SP itself
     assert (cpu.iram[8], cpu.iram[9], cpu.iram[0x30], _sfr(cpu, SP)) == (0x77, 9, 9, 8)
-
-
-def test_code_memory_reads():
-    cpu = _cpu("74 02 83 00 00 AB 90 00 05 E4 93")  # MOV A,#2; MOVC A,@A+PC (PC=3); ...; MOVC A,@A+DPTR
-    cpu.run(3)
-    assert _sfr(cpu, ACC) == 0xAB
-
-
-def test_external_memory():
-    cpu = _cpu("90 12 34 74 5A F0 75 A0 12 78 34 E4 E2", P0=0x11)
-    cpu.run(20)
-    assert cpu.xram[0x1234] == 0x5A
-    assert _sfr(cpu, ACC) == 0x5A
-    # "Accessing External Memory": the CPU writes FFh to the latch of P0
-    assert _sfr(cpu, P0) == 0xFF
 
 
 # --- ports ---

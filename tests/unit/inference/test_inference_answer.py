@@ -29,7 +29,6 @@ from rtec.inference.space import Space
 SCALE, BACKLASH, DRIFT, LAG, CYCLIC, MAP = (
     effect_named(n) for n in ("scale", "backlash", "drift", "servo_lag", "cyclic", "pitch_map")
 )
-TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
 def run(data):
@@ -156,20 +155,6 @@ def test_a_reversal_error_beside_a_drift_is_no_map():
     assert set(answer.names) == {"backlash", "drift"}
 
 
-def test_backlash_and_lag_at_one_feed_are_tied():
-    search, model = run(at_one_feed(measured(lambda x, way, t, run: 0.006 * way, timed=False)))
-    answer, _ = settled(search, model)
-    assert len(answer.names) == 1
-    (name,) = answer.names
-    other = {"backlash": "servo_lag", "servo_lag": "backlash"}[name]
-    ((effect, rival),) = tied_models(search, answer, name)
-    assert effect.name == other
-    assert rival.names == (other,)
-    (rivalry,) = [r for r in rivalries(search, answer, 0) if not r.permanent]
-    assert rivalry.cosine == pytest.approx(1.0, abs=1e-6)
-    assert (rivalry.effect, rivalry.rival) == (name, other)
-
-
 def test_a_scale_error_looks_like_a_cosine_error_for_ever():
     search, model = run(measured(lambda x, way, t, run: 5e-5 * x))
     found = rivalries(search, model, 0)
@@ -242,14 +227,6 @@ def test_what_is_tied_shares_its_probability_whatever_it_has_to_choose_from():
     assert found["backlash"] / found["lost_counts"] == pytest.approx(odds)
     assert 0.05 < found["backlash"] < 0.95
     assert shared(search, answer, every, {"backlash": []}) == every
-
-
-def test_a_force_of_the_wrong_sign_is_asked_about():
-    for sign, told in ((1.0, False), (-1.0, True)):
-        search, model = run(pushed(sign))
-        answer, _ = settled(search, model)
-        assert (set(answer.names) >= {"viscous", "coulomb"}) is not told
-        assert bool({"viscous", "coulomb"} & set(wrong_signs(search, answer))) is told
 
 
 def test_a_friction_that_is_there_says_that_the_sign_is_right():

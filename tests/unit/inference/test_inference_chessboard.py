@@ -7,7 +7,7 @@ import pytest
 from inference_oracle import SIGMA, covariance, left_out_residual, measured, one_chain, whitened
 
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
-from rtec.inference.chessboard import FOLDS, Board, HeldOutGain, board_of, gain_between, held_out_residual, passes_of
+from rtec.inference.chessboard import FOLDS, HeldOutGain, board_of, gain_between, held_out_residual, passes_of
 from rtec.inference.evidence import SCALES
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space, blocks_of
@@ -170,16 +170,3 @@ def test_what_is_there_gains_and_what_is_not_does_not():
             gains[there].append(gain_between(judge, *left, having, board).passes)
     assert sum(gains[True]) == 10
     assert sum(gains[False]) <= 7  # alone this is a weak test: it has its say beside the score
-
-
-def test_readings_of_a_board_by_hand_are_held_out_fold_by_fold():
-    data = measured(TILTED, runs=2, targets=6)
-    judge = judge_of(data)
-    board = Board(cell=np.arange(24) // 12, fold=np.arange(24) // 12)
-    model = judge.score(BOTH)
-    found = held_out_residual(judge, model, board)
-    late = replace(data, observed=np.where(np.arange(24) < 12, data.observed, 99.0))
-    other = judge_of(late)
-    again = held_out_residual(other, replace(model), board)
-    # what is held out has no say in what is said about it
-    assert again[12:] - 99.0 == pytest.approx(found[12:] - data.observed[12:], abs=1e-9)

@@ -8,20 +8,7 @@ from inference_oracle import covariance, measured, whitened
 
 from rtec.inference.colour import COLOURS, CORRELATIONS, NEIGHBOURS, Colour, Whitening, gaps_of
 
-EVEN = np.append(np.inf, np.ones(39))
 UNEVEN = np.array([np.inf, 1, 1, 3, 7, 1, 2, np.inf, 1, 40, 1, 1, np.inf, np.inf, 5, 1, 1, 2, 2, 1], dtype=float)
-
-
-@pytest.mark.parametrize("gap", [EVEN, UNEVEN], ids=["even", "uneven"])
-@pytest.mark.parametrize(("rho", "white"), [(0.0, 1.0), (0.5, 0.01), (0.9, 0.3), (0.999, 0.6), (0.97, 0.0)])
-def test_whitening_is_the_inverse_of_the_cholesky_factor(gap, rho, white):
-    matrix = covariance(rho, white, gap)
-    table = np.random.default_rng(1).normal(size=(11, gap.size))  # more than pass the filter side by side
-    filtered = Whitening(gap, Colour(rho, white))
-    before = table.copy()
-    assert filtered.of(table) == pytest.approx(whitened(table, matrix), rel=1e-7, abs=1e-8)
-    assert (table == before).all()
-    assert filtered.log_determinant == pytest.approx(np.linalg.slogdet(matrix)[1], rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("columns", [1, 4, 5, 6, 7])
@@ -32,20 +19,6 @@ def test_a_direction_is_taken_out_of_every_column(columns):
     without = expected[:1] / np.linalg.norm(expected[0])
     found = Whitening(UNEVEN, Colour(0.9, 0.3)).of(table[1:], 2.5, without)
     assert found == pytest.approx(2.5 * (expected[1:] - (expected[1:] @ without.T) @ without), abs=1e-8)
-
-
-def test_whitened_noise_is_white():
-    """20 000 readings of an autoregression beside white noise, simulated step by step."""
-    rng, rho, white, n = np.random.default_rng(2), 0.9, 0.3, 20_000
-    slow = np.zeros(n)
-    slow[0] = rng.normal()
-    for i in range(1, n):
-        slow[i] = rho * slow[i - 1] + np.sqrt(1 - rho**2) * rng.normal()
-    noise = np.sqrt(1 - white) * slow + np.sqrt(white) * rng.normal(size=n)
-    found = Whitening(np.append(np.inf, np.ones(n - 1)), Colour(rho, white)).of(noise[None, :])[0]
-    assert np.var(found) == pytest.approx(1.0, abs=4 * np.sqrt(2 / n))
-    for lag in (1, 2, 5):
-        assert abs(np.mean(found[lag:] * found[:-lag])) < 4 / np.sqrt(n)
 
 
 def test_length():

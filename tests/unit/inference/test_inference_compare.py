@@ -99,13 +99,6 @@ def test_what_changes_in_time_is_a_share_of_the_whole():
     assert share(found, "direction") == pytest.approx(1e-4 / (drift + 1e-4), rel=0.01)
 
 
-def test_the_worst_stretch_may_lie_below_zero():
-    data = measured(lambda x, way, t: -0.020 * np.exp(-(((x - 200.0) / 15.0) ** 2)))
-    worst = next(where for where in residual_by(data, data.observed) if where.quantity == "position").worst[0]
-    assert abs(worst.low - 200.0) < 10.0
-    assert worst.mean < -0.01
-
-
 def test_a_drift_of_readings_that_do_not_repeat_goes_with_time():
     data = measured(lambda x, way, t: 1e-5 * t, sigma=1e-4)
     once = replace(data, cell=np.full(data.rows, -1))
@@ -168,11 +161,6 @@ def test_many_places_come_in_bins_and_time_may_stand_for_position():
     assert sum(stretch.rows for stretch in where.worst) == pytest.approx(5 * 1000 / MOST_BINS, abs=3)
 
 
-def test_nothing_left_goes_with_nothing():
-    data = measured()
-    assert {where.share for where in residual_by(data, np.zeros(data.rows))} == {0.0}
-
-
 # the comparison
 
 
@@ -186,14 +174,6 @@ def test_a_stated_model_is_taken_as_it_is():
     assert found.rms_heldout == pytest.approx(found.rms)  # nothing was fitted
     assert found.noise.floor == pytest.approx(SIGMA, rel=0.15)
     assert found.heldout_by == "stretch"
-
-
-def test_without_a_model_all_is_left():
-    data = measured(lambda x, way, t: 0.006 * way + 0.02)
-    found = compare(data)
-    assert found.rms == pytest.approx(np.sqrt((data.observed**2).mean()))
-    assert found.model.terms == ()
-    assert found.where[0].quantity in ("direction", "position and direction")
 
 
 def test_what_a_model_leaves_open_is_fitted():
@@ -232,21 +212,6 @@ def test_models_of_something_else_are_refused():
         check_model(model(term("coulomb", 1.0)), data)
 
 
-@pytest.mark.parametrize(
-    ("broken", "reason"),
-    [
-        (term("thermal_growth"), "no temperature column"),
-        (term("thermal_growth", 1e-5, sensor="temperature"), "no temperature column"),
-        (term("servo_lag", 0.001), "velocity"),
-        (term("servo_lag"), "velocity"),
-        (term("acceleration_lag", 0.001), "moving"),
-    ],
-)
-def test_effects_without_a_column_are_refused_with_the_reason(broken, reason):
-    with pytest.raises(ArgumentError, match=rf"model: the effect {broken.name}.*z\.csv can show.*{reason}"):
-        compare(measured(), model(broken))
-
-
 def test_an_effect_that_data_cannot_show_may_still_be_stated():
     # one direction only: nothing to fit a backlash to, yet half of it is there
     data = measured(lambda x, way, t: 0.006 * way)
@@ -260,3 +225,17 @@ def test_the_held_out_file_must_have_the_columns_too():
     heat = {"temperature": np.linspace(20.0, 25.0, 210)}
     with pytest.raises(ArgumentError, match=r"thermal_growth.*other\.csv can show.*no temperature column"):
         compare(measured(temperatures=heat), model(term("thermal_growth")), replace(measured(), source="other.csv"))
+
+
+@pytest.mark.parametrize(
+    ("broken", "reason"),
+    [(term("servo_lag"), "velocity"), (term("acceleration_lag", 0.001), "moving")],
+)
+def test_effects_without_a_column_are_refused_with_the_reason(broken, reason):
+    with pytest.raises(ArgumentError, match=rf"model: the effect {broken.name}.*z\.csv can show.*{reason}"):
+        compare(measured(), model(broken))
+
+
+def test_nothing_left_goes_with_nothing():
+    data = measured()
+    assert {where.share for where in residual_by(data, np.zeros(data.rows))} == {0.0}

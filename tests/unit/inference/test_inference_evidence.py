@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-from inference_oracle import log_marginal
 
 from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
 
@@ -24,17 +23,6 @@ def dense(table, y, deviations):
     """Log marginal likelihood by the covariance of the readings, the variance of the noise profiled."""
     total = np.eye(y.size) + (table.T * deviations**2) @ table
     return -0.5 * y.size * np.log(y @ np.linalg.solve(total, y)) - 0.5 * np.linalg.slogdet(total)[1]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_marginal_likelihood_is_that_of_a_multivariate_normal(seed):
-    table, y = drawn(seed)
-    blocks, start = np.arange(3), np.array([0, 4, 9])
-    for together in (False, True):
-        places, value = best_scales(sums_of(table, y), blocks, start, together=together)
-        expected = log_marginal(y, table, SCALES[places], np.eye(y.size), datum=False)
-        assert value == pytest.approx(expected, abs=1e-6)
-        assert dense(table, y, SCALES[places]) == pytest.approx(expected, abs=1e-6)
 
 
 def test_readings_that_are_explained_to_the_last_digit_are_finite():

@@ -144,13 +144,6 @@ def test_a_constant_beyond_that_is_an_offset():
     assert result.probability["offset"] > 0.99
 
 
-def test_notes_say_what_the_data_lack():
-    once = judged(finding(replace(measured(runs=1), notes=("the file was short",))))
-    assert once.notes[0] == "the file was short"
-    assert any("no noise floor" in note for note in once.notes)
-    assert not any("no noise floor" in note for note in judged(finding(measured())).notes)
-
-
 def test_outliers_are_listed_in_a_note():
     many = tuple(Outlier(row, 0.1) for row in range(3, 15))
     (note,) = [n for n in judged(finding(measured(), outliers=many)).notes if "outliers" in n]
@@ -176,14 +169,6 @@ def test_a_period_between_two_frequencies_is_at_no_bound():
     data = measured(lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 59.0))
     longest = max(shape.period for shape in Space(data).shapes(CYCLIC)[0])
     assert not any("searched" in n for n in judged(finding(data, [(CYCLIC, CYCLIC.shape_type(longest))])).notes)
-
-
-def test_a_warm_up_that_has_not_ended_says_so():
-    result = diagnose(measured(lambda x, way, t, run: 0.05 * (1.0 - np.exp(-t / 4000.0))))
-    if "warm_up" in result.effects:
-        assert any("time constant is at the longest that was searched" in note for note in result.notes)
-    else:
-        assert {"drift"} <= set(result.effects) | {c.effect for c in result.candidates if c.tied_with}
 
 
 def test_a_force_with_the_wrong_sign_is_asked_about():
@@ -234,15 +219,6 @@ def test_nothing_testable_says_why_of_each_effect():
     constant = nothing_testable(Search(Judge(Space(still))), begun)
     assert set(dict(constant.not_testable).values()) == {"the observed column never changes"}
     assert "recorded at all" in constant.experiment.text
-
-
-def test_what_was_tried_and_not_taken_says_so():
-    data = measured(lambda x, way, t, run: 0.006 * way)
-    result = diagnose(data, heldout=measured(seed=4))
-    tried = next(c for c in result.candidates if c.effect == "backlash")
-    assert tried.reason == "not accepted: it raises the error on the held-out measurement"
-    assert not tried.accepted
-    assert tried.achieved_rms is None
 
 
 def test_runs_that_differ_by_a_constant_each_are_named():

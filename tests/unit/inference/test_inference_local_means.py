@@ -28,6 +28,7 @@ def test_many_places_are_averaged_in_groups_of_neighbours():
     assert neighbour_means(x, 3.0 * x, each_place=True).at.size == 10_000
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("each_place", [True, False])
 @pytest.mark.parametrize("colour", [Colour(), Colour(0.8, 0.3), Colour(0.98, 0.1)])
 def test_errors_are_those_of_a_monte_carlo_whose_noise_is_correlated(colour, each_place):

@@ -3,7 +3,6 @@
 import math
 import time
 import tomllib
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -58,10 +57,6 @@ def test_the_example_of_the_documentation_is_open_to_a_fit(tmp_path):
     assert (term.amplitudes, term.errors, term.fitted) == (None, None, False)
 
 
-def test_a_model_may_hold_no_effect(tmp_path):
-    assert model_of(tmp_path, 'observe = "force"', Units("n", "mm", "s")).terms == ()
-
-
 @pytest.mark.parametrize(
     ("lines", "units", "key", "value"),
     [
@@ -109,11 +104,6 @@ def test_amplitudes_of_thermal_growth_and_drift_mean_what_their_units_say(tmp_pa
     assert growth.contribution(c) == pytest.approx([0.069])
     drift = term_of(tmp_path, 'name = "drift"\namplitudes = ["36 um/h"]')
     assert drift.effect.columns(c, drift.shape) @ drift.amplitudes == pytest.approx([0.001])
-
-
-def test_nodes_are_a_list(tmp_path):
-    lines = 'name = "pitch_map"\nnodes = ["0 mm", "1 cm", "0.02 m", "1 inch"]'
-    assert term_of(tmp_path, lines).shape.nodes == pytest.approx((0.0, 10.0, 20.0, 25.4))
 
 
 def test_errors_stand_beside_their_values(tmp_path):
@@ -241,23 +231,6 @@ def test_a_model_reads_back_to_the_same_numbers(tmp_path_factory, model):
             assert term.shape_errors == original.shape_errors
 
 
-@pytest.mark.parametrize("effect", LIBRARY, ids=lambda effect: effect.name)
-@pytest.mark.parametrize(
-    "units", [UNITS, Units("n", "mm", "s"), Units("a", "deg", "s"), Units("count", "count", "reading")]
-)
-def test_every_effect_goes_through_a_file(tmp_path, effect, units):
-    # thirds have no short decimal in any unit
-    lists = {"nodes": (0.1, 1 / 3, 2 / 3), "runs": (3, 1, 2)}
-    shape = effect.shape_type(**{f.name: lists[f.name] for f in fields(effect.shape_type) if f.name in lists})
-    count = len(effect.amplitudes(shape, units))
-    values = tuple((1.0 + k) / 3 for k in range(count))
-    term = Term(effect=effect, shape=shape, amplitudes=values, errors=values[::-1])
-    observe = "force" if effect.observable is Observable.DRIVE else "deviation"
-    write_model(tmp_path / "m.toml", Model(observe=observe, units=units, terms=(term,), datum=-1 / 3))
-    found = read_model(tmp_path / "m.toml", units)
-    assert (found.terms, found.datum) == ((term,), -1 / 3)
-
-
 def test_a_written_model_is_read_by_any_toml_reader_and_by_people(tmp_path):
     shape = effect_named("cyclic").shape_type(period=6.35, harmonics=1)
     terms_ = (
@@ -291,6 +264,14 @@ def test_a_term_without_shape_stays_open(tmp_path):
     file = tmp_path / "m.toml"
     write_model(file, Model(observe="deviation", units=UNITS, terms=(Term(effect=effect_named("cyclic")),)))
     assert read_model(file).terms[0].shape is None
+
+
+@pytest.mark.parametrize("name", ["refraction", "quantisation"])
+def test_a_share_has_no_unit(tmp_path, name):
+    effect = effect_named(name)
+    term = Term(effect=effect, shape=effect.shape_type(), amplitudes=(1 / 3,), errors=(2 / 3,))
+    write_model(tmp_path / "m.toml", Model(observe="deviation", units=UNITS, terms=(term,)))
+    assert read_model(tmp_path / "m.toml").terms == (term,)
 
 
 def test_errors_that_are_no_numbers_are_left_out_and_values_that_are_none_refused(tmp_path):

@@ -68,14 +68,7 @@ def test_a_step_or_a_reversal_is_no_outlier():
             assert not far_from_neighbours(measured(error, runs=runs)).any()
 
 
-def test_student_noise_keeps_its_readings():
-    rng = np.random.default_rng(3)
-    data = measured(runs=4)
-    assert far_from_neighbours(replace(data, observed=SIGMA * rng.standard_t(3, data.rows))).mean() < 0.02
-
-
-@pytest.mark.parametrize("runs", [2, 5])
-@pytest.mark.parametrize("row", [0, 23, 60])
+@pytest.mark.parametrize(("row", "runs"), [(0, 2), (60, 5)])
 def test_an_outlier_of_88_um_hides_nothing_and_is_listed(row, runs):
     """Forty-four standard deviations."""
     data = spoilt(measured(TILTED, runs=runs, timed=False), row)
@@ -85,12 +78,6 @@ def test_an_outlier_of_88_um_hides_nothing_and_is_listed(row, runs):
     assert result.dataset.rows == data.rows - 1
     assert any(f"outliers, far from their neighbours: readings {row + 1}" in note for note in result.notes)
     assert result.rms_after == pytest.approx(SIGMA, rel=0.25)
-
-
-def test_without_outliers_none_are_listed():
-    result = diagnose(measured(TILTED, timed=False))
-    assert result.outliers == ()
-    assert not any("outlier" in note for note in result.notes)
 
 
 def test_what_only_the_model_shows_to_be_far_off_is_left_out_too():

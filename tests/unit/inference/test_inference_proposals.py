@@ -45,25 +45,6 @@ def beside_table(model, y):
     return Beside(basis, residual, float(residual @ residual))
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("held", [0, 1, 4])
-def test_falls_are_those_of_two_full_fits(dtype, held):
-    rng = np.random.default_rng(held)
-    model, y = rng.normal(size=(held, 60)), rng.normal(size=60)
-    candidates = rng.normal(size=(7, 3, 60)) * 10.0 ** rng.uniform(-6, 3, (7, 3, 1))  # columns of any size
-    found = falls(candidates.astype(dtype), beside_table(model, y))
-    expected = [fall(model, own / np.linalg.norm(own, axis=1)[:, None], y) for own in candidates]
-    assert found == pytest.approx(expected, rel=1e-9 if dtype == np.float64 else 2e-4)
-
-
-@pytest.mark.parametrize("columns", [1, 2])
-def test_falls_of_one_and_two_columns_are_those_of_full_fits(columns):
-    rng = np.random.default_rng(columns)
-    model, y, candidates = rng.normal(size=(2, 60)), rng.normal(size=60), rng.normal(size=(9, columns, 60))
-    expected = [fall(model, own, y) for own in candidates]
-    assert falls(candidates, beside_table(model, y)) == pytest.approx(expected, rel=1e-9)
-
-
 @pytest.mark.parametrize("cycles", [1, 3, 7, 3.0000001, 3.001])
 def test_sine_and_cosine_of_whole_cycles_explain_no_more_than_there_is(cycles):
     x = np.arange(36) / 36.0

@@ -1,6 +1,5 @@
 """What speaks for a model: averages over noise against dense likelihoods, prices, signs."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 from inference_oracle import SIGMA, covariance, log_marginal, measured, one_chain
 
 from rtec.effects import Observable, Shape, effect_named
-from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.colour import COLOURS
 from rtec.inference.evidence import SCALES, best_scales
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space, blocks_of
@@ -107,50 +106,6 @@ def test_a_shape_costs_what_it_was_chosen_from():
     )
     assert judge.price((CYCLIC, CYCLIC.shape_type(33.3))) >= np.log(families * (len(shapes) - len(stated)))
     assert judge.price((CYCLIC, CYCLIC.shape_type(20.0))) == pytest.approx(np.log(families * len(stated)))
-
-
-def test_what_would_have_to_be_negative_is_told():
-    data = measured(runs=2)
-    rng = np.random.default_rng(0)
-    speed = rng.normal(size=data.rows)
-    conditions = replace(data.conditions, velocity=speed, moving=True)
-    observed = -2.0 * speed + 0.1 * rng.normal(size=data.rows)
-    for sign, wrong in ((1.0, ("viscous",)), (-1.0, ())):
-        drive = replace(data, observable=Observable.DRIVE, conditions=conditions, observed=sign * observed)
-        assert judge_of(drive).score([(effect_named("viscous"), Shape())]).wrong_sign == wrong
-
-
-def test_a_fit_is_that_of_generalised_least_squares_where_its_scale_is_wide():
-    data = measured(TILTED, runs=3, targets=12)
-    judge = judge_of(data)
-    model = judge.score(BOTH)
-    fit = judge.fit(model, Colour())
-    table = np.vstack([data.conditions.position, data.conditions.direction / 2, np.ones(data.rows)])
-    numbers = np.linalg.lstsq(table.T, data.observed)[0]
-    for k in (0, 1):
-        expected = numbers[k] * table[k]
-        assert np.std(fit.contribution(k) - expected) < 0.02 * np.std(expected)
-    left = data.observed - numbers @ table
-    assert fit.variance == pytest.approx(left @ left / data.rows, rel=0.1)
-    assert np.sqrt(fit.variance) == pytest.approx(SIGMA, rel=0.3)
-
-
-def test_an_effect_that_is_there_raises_the_score_and_one_that_is_not_lowers_it():
-    gains = {True: [], False: []}
-    for seed in range(6):
-        for there in (True, False):
-            data = measured(lambda x, way, t, run, s=there: 0.002 * s * way, runs=3, targets=12, seed=seed)
-            judge = judge_of(data)
-            gains[there].append(judge.score([(BACKLASH, Shape())]).score - judge.score([]).score)
-    assert min(gains[True]) > 5.0
-    assert max(gains[False]) < 0.0
-
-
-def test_pairs_of_scale_and_backlash_are_seen_once_each():
-    judge = judge_of(measured(TILTED, runs=2))
-    for order in itertools.permutations(BOTH):
-        judge.score(order)
-    assert len(judge.seen) == 1
 
 
 def test_amplitudes_in_a_log_are_those_of_plain_least_squares_whatever_the_noise():

@@ -59,8 +59,10 @@ def test_a_search_finds_what_was_planted(error, expected):
     assert set(model.names) == expected
 
 
-@pytest.mark.parametrize("tilt", [0.0, 1e-4])
-@pytest.mark.parametrize("off", [1, -1])
+@pytest.mark.parametrize(
+    ("off", "tilt"),
+    [(1, 0.0), (-1, 1e-4), *(pytest.param(*one, marks=pytest.mark.sweep) for one in ((1, 1e-4), (-1, 0.0)))],
+)
 def test_where_one_approach_is_right_no_map_of_the_axis_is_named(off, tilt):
     """Half of a one-sided error is in both curves: a map of the axis and one of reversals would explain it, too."""
     wear = lambda x: 0.012 * np.exp(-(((x - 220) / 50) ** 2)) + 0.006 * np.exp(-(((x - 60) / 30) ** 2))
@@ -81,7 +83,7 @@ def test_the_search_finds_the_likeliest_of_all_subsets_of_simple_effects():
         assert set(model.names) == {e.name for e in best}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(n, marks=pytest.mark.sweep) for n in (2, 3))])
 def test_every_effect_of_the_model_found_has_earned_its_place(seed):
     rng = np.random.default_rng(seed)
     a, b, c = rng.uniform(0.001, 0.006, 3)
@@ -278,15 +280,6 @@ def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
     assert given.gate.plainer(given.judge.score([soft]), 0).choices == (soft,)
 
 
-def test_progress_grows():
-    shares = []
-    search = search_of(measured(TILTED))
-    search.run(shares.append)
-    assert shares == sorted(shares)
-    assert shares
-    assert shares[-1] <= 1.0
-
-
 def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
     search, model = found_in(measured(lambda x, way, t, run: 0.008 * np.sin(2 * np.pi * x / 84.0 + 0.4)))
     found = probabilities(search, model)
@@ -299,12 +292,7 @@ def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
     )
 
 
-def test_a_smooth_curve_is_no_wave():
-    search, model = found_in(measured(lambda x, way, t, run: 0.008 * np.exp(-(((x - 170.0) / 40.0) ** 2))))
-    assert model.names == ("pitch_map",)
-    assert probabilities(search, model)["pitch_map"] > 0.99
-
-
+@pytest.mark.sweep
 def test_a_wave_that_grows_along_the_axis_is_not_two_waves():
     grown = lambda x, way, t, run: 0.012 * (x / 300.0) ** 2 * np.sin(2 * np.pi * x / 33.0)
     _, model = found_in(measured(grown, targets=61, runs=2))
@@ -326,7 +314,9 @@ def test_what_takes_several_effects_grows_beside_a_table_that_explains_it_at_onc
     assert model.names == ("cyclic", "cyclic")
 
 
-@pytest.mark.parametrize(("period", "share", "seed"), [(41.14, 0.52, 3), (27.49, 0.6635, 4), (27.12, 0.4824, 7)])
+@pytest.mark.parametrize(
+    ("period", "share", "seed"), [(41.14, 0.52, 3), pytest.param(27.49, 0.6635, 4, marks=pytest.mark.sweep)]
+)
 def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share, seed):
     both = lambda x, way, t, run: (
         5e-5 * x
@@ -340,7 +330,7 @@ def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share
     assert periods == pytest.approx([share * period, period], rel=0.005)
 
 
-@pytest.mark.parametrize(("cycles", "seed"), [((6.3, 9.6, 13.9), 1), ((8.4, 13.5, 25.8), 4)])
+@pytest.mark.parametrize(("cycles", "seed"), [((6.3, 9.6, 13.9), 1)])
 def test_three_periods_are_found_one_by_one_where_families_bring_them_together(cycles, seed):
     sizes = (0.010, 0.008, 0.006)
     error = lambda x, way, t, run: sum(

@@ -42,14 +42,6 @@ def test_the_fast_spectrum_is_the_least_squares_one(irregular):
     assert found.amplitude[k] == pytest.approx(_least_squares(x, y, 0.31), rel=0.05)
 
 
-def test_repeats_and_order_of_the_readings_do_not_matter():
-    rng = np.random.default_rng(6)
-    x = np.tile(np.linspace(0.0, 50.0, 60), 4)
-    y = np.sin(2 * np.pi * 0.2 * x) + rng.normal(0, 0.1, x.size)
-    mixed = rng.permutation(x.size)
-    assert np.allclose(spectrum(x, y, 0.5).amplitude, spectrum(x[mixed], y[mixed], 0.5).amplitude)
-
-
 def test_a_constant_has_no_lines_and_places_of_one_phase_do_not_break():
     x = np.arange(40.0)
     assert spectrum(x, np.full(40, 3.0), 0.9).amplitude.max() < 1e-12

@@ -56,15 +56,6 @@ def test_levels_and_times_after_the_edge(phase_us, sign):
     assert sum(a) == 2 and sum(int(ab) >> 1 for ab in out.levels) == 2
 
 
-def test_processor_takes_two_microseconds_after_the_pulses():
-    box = box_with()
-    box.request(3, at_ps=0)
-    out = box.process(EdgeStream([], [], initial=0), until_ps=100 * US)
-    starts = out.times_ps[::4].tolist()
-    # 4 us from the look, 3 us of pulses, 2 us after them: 9 us, and the next look of the even raster
-    assert starts == [4 * US, 14 * US, 24 * US]
-
-
 def lost_counts(frequency_hz, *, offset_us, direction, sign, gate=False):
     """Insert once, the first pulse coming so long after both lines went low; return (counts lost, illegal)."""
     stream = cycles(frequency_hz, 6, direction)
@@ -81,22 +72,6 @@ def lost_counts(frequency_hz, *, offset_us, direction, sign, gate=False):
     assert box.insertions.ahead_counts == net - 24 * direction
     assert box.insertions.illegal == illegal
     return 24 * direction + 4 * sign - net, illegal
-
-
-@pytest.mark.parametrize("direction", [+1, -1])
-@pytest.mark.parametrize("offset_us", [4.01, 4.5, 5.0, 5.3])
-@pytest.mark.parametrize("sign", [+1, -1])
-def test_at_30_khz_an_early_start_is_right(offset_us, direction, sign):
-    assert lost_counts(30_000, offset_us=offset_us, direction=direction, sign=sign) == (0, 0)
-
-
-@pytest.mark.parametrize("direction", [+1, -1])
-@pytest.mark.parametrize("offset_us", [5.34, 5.5, 5.75, 6.0])
-def test_at_30_khz_a_late_start_loses_four_counts_silently(offset_us, direction):
-    lost, illegal = lost_counts(30_000, offset_us=offset_us, direction=direction, sign=direction)
-    assert (lost, illegal) == (4 * direction, 0)
-    # against the motion the real edge falls into a pulse on its own line, and nothing is lost
-    assert lost_counts(30_000, offset_us=offset_us, direction=direction, sign=-direction) == (0, 0)
 
 
 def test_boundary_lies_three_microseconds_before_the_next_edge():
@@ -129,32 +104,3 @@ def test_limit_is_27_8_khz(direction, sign):
     if direction == sign:
         assert any(error != 0 for error, _ in wrong)
         assert not any(illegal for _, illegal in wrong)
-
-
-def test_gate_refuses_at_30_khz_and_counts_it():
-    stream = cycles(30_000, 10)
-    box = box_with()
-    first = int(stream.times_ps[3])
-    box.process(stream.part(0, 3), until_ps=first)
-    box.request(1, at_ps=first)
-    box.process(stream.part(3, 40), until_ps=int(stream.times_ps[-1]) + 10 * US)
-    # once at the end of each cycle from the request on
-    assert (box.insertions.refused, box.insertions.inserted) == (10, 0)
-
-
-@pytest.mark.parametrize("levels", ["10", "11", "01"])
-def test_at_rest_outside_state_1_it_waits_for_dither(levels):
-    box = box_with(initial=CODE[levels])
-    box.request(1, at_ps=0)
-    assert len(box.process(EdgeStream([], [], initial=CODE[levels]), until_ps=10**12)) == 0
-    assert box.insertions.inserted == 0
-    if levels == "11":
-        return
-    # one count of dither reaches state 1 and leaves it again, often enough for the gate to time it
-    times, codes = [], []
-    for k in range(3):
-        times += [10**12 + (2 * k + 1) * 200 * US, 10**12 + (2 * k + 2) * 200 * US]
-        codes += [0, CODE[levels]]
-    out = box.process(EdgeStream(times, codes, initial=CODE[levels]), until_ps=2 * 10**12)
-    assert box.insertions.inserted == 1
-    assert decoded([levels, *(TEXT[int(ab)] for ab in out.levels)]) == (4, 0)

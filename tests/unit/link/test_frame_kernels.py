@@ -130,37 +130,6 @@ def test_request_that_agrees_is_rare_among_frames(data):
     assert frames.request_agrees(payload_of(frame)) == (total + inverted == 65535)
 
 
-@drawn(FRAMES)
-def test_fields_of_any_status(data):
-    payload, fields = payload_of(data), read_by_cantools("Status_1", data)
-    assert frames.field(payload, *frames.STATUS_CODE) == fields["Code"]
-    flags = fields["State"] | fields["SwitchOn"] << 3 | fields["Probing"] << 4
-    flags |= fields["HoldWanted"] << 5 | fields["AtHome"] << 6
-    assert frames.field(payload, *frames.STATUS_FLAGS) & 0x7F == flags
-    assert frames.field(payload, *frames.STATUS_SESSION) == fields["Session"]
-
-
-@drawn(FRAMES)
-def test_fields_of_any_corrections(data):
-    payload, fields = payload_of(data), read_by_cantools("Corrections_1", data)
-    assert frames.field(payload, *frames.CORRECTIONS_COMPLETED) == fields["Completed"]
-    assert frames.field(payload, *frames.CORRECTIONS_ACCEPTED) == fields["Accepted"]
-    assert frames.field(payload, *frames.CORRECTIONS_SESSION) == fields["Session"]
-    assert frames.field(payload, *frames.CORRECTIONS_JUDGED) == fields["Judged"]
-
-
-@drawn(FRAMES)
-def test_fields_of_any_position_or_probe_latch(data):
-    payload, fields = payload_of(data), read_by_cantools("Position_1", data)
-    assert frames.field(payload, *frames.POSITION_COUNTS) == fields["Position"]
-    assert frames.field(payload, *frames.POSITION_VALID) == fields["DataValid"]
-    assert frames.field(payload, *frames.POSITION_COUNTED) == fields["Counted"] % 2**15
-    fields = read_by_cantools("Probe_1", data)
-    assert frames.field(payload, *frames.POSITION_COUNTS) == fields["Position"]
-    assert frames.field(payload, *frames.PROBE_TRIPS) == fields["Trips"]
-    assert frames.field(payload, *frames.REQUEST_SESSION) == fields["Session"]
-
-
 # numbers
 
 

@@ -109,6 +109,22 @@ def test_who_comes_next_does_not_get_what_the_last_one_left_unread(unread):
             assert waited_for(lambda: not far_is_held(line))
 
 
+def test_nothing_is_passed_on_before_the_channel_is_opened():
+    """python-can opens the terminal, waits two seconds by default, and only then the channel."""
+    with Line(opened_by=(b"O\r",)) as line, opened(line.near) as near:
+        for _ in range(2):
+            with opened(line.far) as far:
+                assert waited_for(lambda: far_is_held(line))
+                os.write(near, b"old" * 300)
+                os.write(far, b"S6\rO")
+                assert heard(far, 1, within_s=0.05) == b""
+                os.write(far, b"\r")
+                assert heard(near, 5) == b"S6\rO\r"
+                os.write(near, b"new")
+                assert heard(far, 3) == b"new"
+            assert waited_for(lambda: not far_is_held(line))
+
+
 def test_a_reader_that_has_stopped_costs_bounded_memory_and_nobody_waits():
     with Line() as line, opened(line.near) as near, opened(line.far) as far:
         assert waited_for(lambda: far_is_held(line))

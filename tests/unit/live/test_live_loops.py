@@ -11,7 +11,7 @@ from rtec.live.pc_loop import PcLoop
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import StepModel
 from rtec.requester.settings import PcState
-from rtec.requester.status import BoxState, Status
+from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
 
 MS = 10**9
@@ -108,23 +108,6 @@ def test_a_frame_wakes_the_box_between_two_readings(together):
     assert pair.clock.now_ps < due_ps
     assert sum(pair.box.stations[0].view.counters.frames_refused.values()) == 1  # the same sequence counter again
     assert pair.box.stations[0].view.counters.requests == before
-
-
-def test_pc_killed_is_seen_by_the_box(together):
-    pair = together(moves=[Move(target_mm=20, speed_mm_s=10)])
-    pair.run(1.0)
-    pair.pc_lives = False
-    pair.run(0.2)
-    view = pair.box.stations[0].view
-    assert (view.box_state, view.status, view.held) == (BoxState.FATAL, Status.LINK_LOST, True)
-
-
-def test_box_killed_is_seen_by_the_pc(together):
-    pair = together()
-    pair.run(1.0)
-    pair.box_lives = False
-    pair.run(0.2)
-    assert pair.pc.nodes[0].view.reason is HoldReason.BOX_SILENT
 
 
 def test_one_axis_held_holds_the_others(together):

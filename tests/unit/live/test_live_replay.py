@@ -136,6 +136,63 @@ def test_nobody_is_met(fresh, recorded):
     assert outcome.notes == ["the box of axis 1 was not heard"]
 
 
+def test_what_was_said_before_the_node_was_met_is_no_answer(fresh, recorded):
+    """The bus of a program that starts slowly holds hundreds of old frames; a box says as many within a second."""
+    file = recorded()
+    near, far = fresh()
+    box = BoxLoop([Station(StationSettings(), MOVES, session=77)], near)
+    while far.clock.now_ps < 800 * MS:
+        box.step()
+    assert len(far.inbox) > 200
+    slow = Driving(far, box)
+
+    def receive(until_ps, receive=slow.receive):
+        far.clock.now_ps += MS // 5  # of the processor, for each frame
+        return receive(until_ps)
+
+    slow.receive = receive
+    outcome = play(file, slow, Role.PC)
+    assert (outcome.notes, outcome.passed) == ([], True), outcome.comparison.differences
+
+
+def test_a_computer_that_stands_still_for_a_while_is_no_difference(fresh, recorded):
+    """Neither the box nor the log's PC are let run for 200 ms; both go on from there."""
+    file = recorded()
+    near, far = fresh()
+    box = BoxLoop([Station(StationSettings(), MOVES, session=77)], near)
+    driving = Driving(far, box)
+
+    def receive(until_ps, receive=driving.receive):
+        received = receive(until_ps)
+        if 500 * MS < far.clock.now_ps < 520 * MS and received is None:
+            far.clock.now_ps += 200 * MS
+        return received
+
+    driving.receive = receive
+    outcome = play(file, driving, Role.PC)
+    assert outcome.passed, outcome.comparison.differences
+    assert "its clock stood still, 200 ms" in outcome.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("pc_lives", "now"),
+    [(True, "RUNNING, not at home, with a total of 3"), (False, "FATAL, not at home, with a total of 3")],
+)
+def test_a_box_that_is_not_fresh_is_not_played_to(recorded, together, pc_lives, now):
+    file = recorded()
+    pair = together()
+    pair.run(0.5)
+    pair.pc_lives = pc_lives
+    pair.run(0.3)
+    pair.far.inbox.clear()
+    outcome = play(file, Driving(pair.far, pair.box), Role.PC)
+    assert (outcome.stale, outcome.passed, len(outcome.late_ps)) == ([1], False, 0)
+    assert outcome.notes == [
+        f"the box of axis 1 is not as that of the log at its beginning: it is {now}, that was NOT_HOMED, at home, "
+        "with a total of 0; start 'rtec box' anew"
+    ]
+
+
 def test_another_pc_on_the_bus_is_told(fresh, recorded):
     file = recorded(0.5)
     near, far = fresh()

@@ -95,7 +95,8 @@ def test_a_fault_is_told_in_words(together):
 
 def test_an_axis_taken_home_says_what_it_waits_for(together):
     pair = together()
-    _, events = box_run(pair, [(0.3, "go 5 mm"), (2.0, "home"), (8.0, "quit")])
+    _, events = box_run(pair, [(0.3, "go 5 mm"), (0.5, "home"), (8.0, "quit")])
+    assert (1, "the move was interrupted and is forgotten: order it again") in texts(events)
     assert pair.box.stations[0].view.position_mm == pytest.approx(0.0, abs=0.001)
     assert texts(events)[-2][1].endswith("taken home, where it stays until a PC starts up anew (rtec pc --reset)")
 
@@ -200,7 +201,7 @@ def test_a_box_that_has_stopped_needs_the_operator(together):
     pair.pc, pair.pc_lives = PcLoop(together().pc.nodes, pair.far), True
     ending, _ = pc_run(pair)
     assert ending.why == "box stopped"
-    assert "nothing was heard from the PC" in ending.text and "--reset" in ending.text
+    assert "no valid request from the PC" in ending.text and "--reset" in ending.text
     pair.pc = PcLoop(together().pc.nodes, pair.far)
     pair.pc.nodes[0].acknowledge()
     pair.box.stations[0].go_home()
@@ -249,6 +250,8 @@ def test_reports_and_views_are_plain(together):
     _, events = box_run(pair, [(1.0, "quit")])
     report = json.loads(json.dumps(box_document(pair.box, events, ended="quit", run_s=1.0)))
     assert report["axes"][0]["completed"] == 3 and report["axes"][0]["inserted_counts"] == 12
+    axis = report["axes"][0]
+    assert (axis["encoder_counts"], axis["controller_counts"], axis["audit"]) == (-12, 0, True)
     assert report["axes"][0]["setup"] == "design a, step 4 µm, cycle 10 ms"
     shown = json.loads(json.dumps(box_screen(pair.box, events, title="t", at_s=1.0)))
     # Design A at rest: four changes of the box's own for each of three insertions

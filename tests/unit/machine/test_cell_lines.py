@@ -46,13 +46,6 @@ def test_a_line_takes_as_long_as_its_length_asks_for():
     assert over[3] - over[2] == pytest.approx(1.54 * S, abs=8 * MS)
 
 
-def test_it_is_done_once():
-    cell = cell_with(TRIANGLE)
-    cell.run(until_ps=20 * S)
-    assert places(cell) == pytest.approx([0.0, 0.0], abs=0.001)
-    assert [axis.view.counters.moves for axis in cell.axes] == [3, 3]
-
-
 @pytest.mark.parametrize("axis", [1, 2])
 def test_where_one_box_dies_both_axes_stop_on_the_line(axis):
     cell = cell_with([THERE], Fault(kind=FaultKind.POWER_LOST, place=axis, from_ps=2_012_345_678_901))
@@ -63,14 +56,6 @@ def test_where_one_box_dies_both_axes_stop_on_the_line(axis):
     assert cell.held_ps is not None
     assert [outcome.view.alarm for outcome in cell.axes] == [Alarm.NONE, Alarm.NONE]
     assert [outcome.view.speed_mm_s for outcome in cell.axes] == [0.0, 0.0]
-
-
-def test_three_axes_go_together():
-    cell = cell_with([Line(targets_mm=(2.0, -4.0, 4.0), speed_mm_s=6.0)], axes=3)
-    cell.run(until_ps=700 * MS)
-    x, y, z = places(cell)
-    assert 1.0 < z < 3.0
-    assert (2.0 * x, -y) == pytest.approx((z, z), abs=3 * COUNT_MM)
 
 
 @pytest.mark.parametrize(

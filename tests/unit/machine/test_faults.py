@@ -58,12 +58,6 @@ def test_at_a_box_it_can_wait_for_an_insertion(kind):
     assert cell.fired[0].times >= 1
 
 
-def test_it_strikes_as_many_frames_as_it_says():
-    cell = cell_with(fault(FaultKind.FRAME_LOST, place=PC_NODE, most=3))
-    cell.run(until_ps=2 * S)
-    assert cell.fired[0].times == 3
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -1,9 +1,6 @@
 """Boxes that run their firmware, on a bus: against the model of the box, and plain decoders of their lines."""
 
-from itertools import pairwise
-
 import pytest
-import signal_oracle as oracle
 
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
@@ -66,37 +63,6 @@ def test_every_design_inserts_on_the_bus_what_its_model_does(design):
             assert axis.view.completed == axis.view.requested == pytest.approx(steps, abs=0.7)
             assert axis.view.position == 2000 - design.step_counts * axis.view.completed
             assert (axis.off_counts, axis.uninserted_counts) == (0, 0)
-
-
-@pytest.mark.parametrize("design", list(Design))
-def test_an_insertion_on_the_lines_is_that_of_a_plain_decoder(design):
-    station = Station(settings(design), [Move(target_mm=0.5, speed_mm_s=2.0, rest_s=100.0)])
-    station.keep_insertions()
-    talk(station, requester(design), 200 * MS)
-    changes = station.last_insertion()
-    counts = []
-    for side in ("lines", "lines_out"):
-        levels = [oracle.text(getattr(change, side)) for change in changes]
-        steps = [oracle.decode_step(before, after) for before, after in pairwise(levels)]
-        assert oracle.ILLEGAL not in steps
-        counts.append(sum(steps))
-    # the copies of Design B come later than what they copy, at the ends of what is kept as in between
-    assert counts[1] - counts[0] == pytest.approx(design.step_counts, abs=1 if design is Design.B else 0)
-    view = station.settled_view
-    assert view.inserted_counts == design.step_counts * view.completed > 0
-
-
-def test_looking_at_an_axis_changes_nothing():
-    station = Station(settings(Design.A), [Move(target_mm=0.5, speed_mm_s=5.0)])
-    station.advance(until_ps=123_456 * US)
-
-    def inside():
-        circuits, _, memory, hidden, log, _, rest, _ = station._axes.parts[1][0]
-        return [part.tobytes() for part in (circuits, memory, hidden, log, rest, station._axes.records)]
-
-    before = inside()
-    assert station.settled_view.status is Status.NOT_HOMED
-    assert inside() == before
 
 
 def test_what_never_began_does_not_end():

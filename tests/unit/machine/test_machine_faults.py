@@ -46,13 +46,6 @@ def test_a_real_edge_merged_into_an_insertion_costs_counts_and_shows():
     assert all(count % 2 == 0 for count in off)
 
 
-@pytest.mark.parametrize("design", Design)
-def test_real_edges_held_back_cost_nothing(design):
-    result = creeping(design, RealEdges.HOLD)
-    assert result.audit
-    assert off_by_hand(result) == 0
-
-
 SLOW_INPUT = ReceiverSettings(filter_samples=1, clock_hz=20_000)
 """Sees the lines every 50 µs; at 20 mm/s there is an edge every 50 µs, and two of them fall between two looks."""
 
@@ -73,22 +66,6 @@ def test_without_the_policy_it_goes_astray_and_the_audit_says_by_how_much():
     assert result.received.illegal_transitions > 0
     assert not result.audit
     assert result.audit_counts == off_by_hand(result) != 0
-
-
-def test_glitches_shorter_than_the_filter_are_harmless():
-    glitchy = Encoder(imperfections=Imperfections(glitch_probability=0.2, glitch_ps=15_000), seed=3)
-    result = run_machine(Machine(encoder=glitchy), straight_pass([20.0, 0.0], 20.0, LIMITS))
-    assert result.received.filtered > 1000
-    assert result.audit
-
-
-def test_jitter_moves_the_edges():
-    # at 20 mm/s an edge every 50 µs; two of them come nearer to each other by up to twice the bound
-    jittery = Encoder(imperfections=Imperfections(jitter_ps=15_000_000))
-    result = run_machine(Machine(encoder=jittery), straight_pass([50.0], 20.0, LIMITS))
-    assert 20_000_000 <= result.received.min_separation_ps < 28_000_000
-    plain = run_machine(Machine(), straight_pass([50.0], 20.0, LIMITS))
-    assert 49_000_000 < plain.received.min_separation_ps <= 50_000_000
 
 
 @pytest.mark.one_in(5)
@@ -119,14 +96,6 @@ def test_an_edge_is_never_earlier_than_what_was_done_before_it(design):
     assert result.received.min_separation_ps >= 900_000  # as above; the edges themselves stay 0.2 ms apart
 
 
-def test_an_axis_that_never_rests_is_audited_at_rest():
-    dithering = Servo(dither_counts=50.0, dither_hz=7.3)
-    for design in (None, *Design):
-        machine = Machine(axis_error=LATHE, model=LATHE, injector=None if design is None else box(design))
-        result = run_machine(replace(machine, servo=dithering), straight_pass([30.0, 27.0], 20.0, LIMITS))
-        assert result.audit
-
-
 @pytest.mark.parametrize(("design", "held_um"), [(Design.ORIGINAL, 508), (Design.A, 508), (Design.C, 254)])
 def test_what_a_word_cannot_hold_is_pending_and_never_wraps(design, held_um):
     error = UnidirectionalTable(positions_mm=[0.0, 5.0, 10.0], errors_mm=[0.0, 0.0, 0.6], backlash_mm=0.0)
@@ -151,24 +120,13 @@ def test_two_bytes_of_design_b_hold_it(sign):
     assert result.audit
 
 
-def test_a_counter_of_eight_bits_wraps_without_harm():
-    lathe = Machine(axis_error=LATHE, model=LATHE, injector=box(Design.B), receiver=ReceiverSettings(counter_bits=8))
-    motion = straight_pass([30.0], 20.0, LIMITS, dwell_s=2.0)
-    result = run_machine(lathe, motion)
-    wide = run_machine(replace(lathe, receiver=ReceiverSettings(counter_bits=0)), motion)
-    assert -128 <= result.controller_counts < 128
-    assert (wide.controller_counts - result.controller_counts) % 256 == 0
-    assert result.audit
-    assert wide.audit
-
-
 def test_coarser_decoders_only_without_a_box():
     coarse = ReceiverSettings(multiplication=Multiplication.X1)
     with pytest.raises(ArgumentError, match=r"multiplication: 1.*x4"):
         run_machine(Machine(injector=box(Design.B), receiver=coarse), straight_pass([1.0], 10.0, LIMITS))
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize("home_state", [0, 1, 2, 3])
 @pytest.mark.parametrize("target_mm", [10.0, 10.001, 10.002, -10.003])
 @pytest.mark.parametrize("multiplication", Multiplication)

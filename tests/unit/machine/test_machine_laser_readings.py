@@ -6,7 +6,7 @@ from profile_oracle import extremes
 
 from rtec.axis import Limits, ProfileShape, Servo
 from rtec.errors import ArgumentError, RtecError
-from rtec.machine import Laser, Machine, closed_loop, measuring_run, readings_of, run_machine, straight_pass
+from rtec.machine import Laser, Machine, closed_loop, measuring_run, readings_of, run_machine
 from rtec.metrology import MeasuringPlan, measuring_program
 
 LIMITS = Limits(max_speed_mm_s=120.0, max_acceleration_mm_s2=500.0, rapid_mm_s=120.0, max_jerk_mm_s3=5000.0)
@@ -142,9 +142,3 @@ def test_the_reading_is_the_mean_of_the_second_half():
 def test_a_laser_out_of_range_is_refused(bad):
     with pytest.raises(ArgumentError, match=next(iter(bad))):
         Laser(**bad)
-
-
-def test_a_pass_ends_where_it_was_sent():
-    motion = straight_pass([3.0, -1.0], 20.0, LIMITS)
-    assert motion.end_mm == -1.0
-    assert (extremes(motion).min_mm, extremes(motion).max_mm) == (-1.0, 3.0)

@@ -163,13 +163,6 @@ def test_an_axis_at_rest_that_is_skipped_over_meets_every_fault(faults, probing,
         assert getattr(skipped, name) == getattr(computed, name), name
 
 
-def test_one_may_follow_the_other_in_any_order_of_the_tables(firmware):
-    one, other = (1 * S, 2 * S), (2 * S, 20 * S)
-    for probing in ((one, other), (other, one)):
-        result = run(firmware=firmware, probing=probing)
-        assert (result.insertions.completed, result.status) == (4, Status.PROBING)
-
-
 def test_away_from_home_nobody_takes_the_place_for_home(firmware):
     result = run(at_axis(FaultKind.POWER_LOST, from_ps=0, until_ps=5 * S), firmware=firmware)
     assert result.status is Status.NOT_HOMED

@@ -20,7 +20,6 @@ from rtec.machine.open_run import box_of, simulate, stop
 from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")
-STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
 FLAWED = Imperfections(phase_error_deg=10.0, duty_error_a=0.02, jitter_ps=20_000)
 
 
@@ -73,7 +72,7 @@ CASES = [
 ]
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(11)
 @pytest.mark.parametrize(("design", "processor", "direction", "sign", "frequency", "flaws", "hold"), CASES)
 @pytest.mark.parametrize("gate", [True, False])
 def test_the_loop_is_its_stages(design, processor, direction, sign, frequency, flaws, hold, gate):
@@ -148,26 +147,6 @@ def steady_real_edges(path):
     return real
 
 
-@pytest.mark.one_in(3)
-@pytest.mark.parametrize(("design", "direction", "sign"), list(itertools.product(Design, (1, -1), (1, -1))))
-def test_at_500_khz_every_correction_arrives(design, direction, sign):
-    result = simulate(
-        path_of(
-            design,
-            frequency_hz=500e3,
-            cycles=50_000,
-            corrections=2000 * sign,
-            direction=direction,
-            encoder=Encoder(imperfections=Imperfections(phase_error_deg=10.0, jitter_ps=5_000), seed=1),
-        )
-    )
-    assert result.good and result.audit
-    assert result.controller_counts == 200_000 * direction + 2000 * STEP[design] * sign
-    assert result.insertions.completed == result.insertions.requested == 2000 * sign
-    assert (result.pending, result.received.illegal_transitions) == (0, 0)
-    assert result.insertions.ahead_counts == 2000 * STEP[design] * sign
-
-
 def test_what_the_gate_refuses_stays_pending_and_the_counts_right():
     result = simulate(path_of(Design.ORIGINAL, Processor.MCS51, frequency_hz=30e3))
     assert (result.insertions.completed, result.pending, result.audit, result.good) == (0, 20, True, False)
@@ -196,23 +175,6 @@ def test_the_audit_holds_for_every_multiplication_and_a_counter_that_wraps(multi
     assert -half <= result.controller_counts < half
 
 
-def test_glitches_reach_the_filter_and_no_further():
-    glitchy = Imperfections(glitch_probability=0.05, glitch_ps=15_000)
-    result = simulate(path_of(Design.C, encoder=Encoder(imperfections=glitchy, seed=2), corrections=0))
-    # 15 ns are less than the three ticks of 20 ns that the filter wants
-    assert result.received.filtered == result.glitches > 20
-    assert result.audit and result.received.illegal_transitions == 0
-
-
-def test_the_same_seed_gives_the_same_run_and_a_waveform_changes_nothing(tmp_path):
-    path = path_of(Design.A, encoder=Encoder(imperfections=FLAWED, seed=6))
-    plain, again = simulate(path), simulate(path)
-    traced = simulate(path, vcd=tmp_path / "run.vcd")
-    assert plain.received == again.received == traced.received
-    assert plain.insertions == again.insertions == traced.insertions
-    assert "$timescale" in (tmp_path / "run.vcd").read_text()
-
-
 def test_the_result_is_one_json_document_with_the_names_of_the_contract():
     found = json.loads(json.dumps(simulate(path_of(Design.B)).to_dict()))
     assert found.keys() >= {
@@ -229,6 +191,7 @@ def test_runs_that_cannot_be_are_named(name, value):
         path_of(Design.C, **{name: value})
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("design", list(Design))
 def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(design, hold):

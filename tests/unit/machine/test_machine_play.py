@@ -9,7 +9,7 @@ from loop_oracle import play
 from rtec.axis import Dwell, Limits, Move, Program, plan
 from rtec.errors import ArgumentError
 from rtec.machine import TRACE_COLUMNS, Laser, Machine, MeasuringRun, run_machine
-from rtec.predictors import BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import BidirectionalTable, UnidirectionalTable
 
 LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 POSITIONS = [0.0, 10.0, 20.0, 30.0]
@@ -64,26 +64,11 @@ def test_readings_follow_the_play_of_the_oracle():
         assert readings[index] == pytest.approx(true_mm[standing[-1]] - target, abs=1e-5)  # it still creeps a little
 
 
-def test_small_reversals_do_not_move_the_axis():
-    readings = run_machine(MACHINE, visit(TARGETS)).deviation_mm + TARGETS
-    # worked by hand: at 8 mm forward 8 + 0.024; the play there ends at 8 + 0.108, so 0.01 .. 0.084 mm back is lost
-    assert readings[0] == pytest.approx(8.024, abs=0.0011)
-    assert np.ptp(readings[:3]) < 0.0011
-    assert readings[3] == pytest.approx(7.90 + 0.1079, abs=0.0011)
-    assert readings[4] == pytest.approx(readings[3], abs=1e-5)
-
-
 def test_what_happens_between_two_readings_is_not_forgotten():
     every = run_machine(MACHINE, visit(TARGETS)).deviation_mm
     for index in range(1, len(TARGETS)):
         alone = run_machine(MACHINE, visit(TARGETS, read=[index])).deviation_mm
         assert alone[0] == pytest.approx(every[index], abs=1e-9)
-
-
-def test_a_turn_does_not_jump():
-    path = run_machine(MACHINE, visit([5.0, 4.5]), trace_every=1).trace
-    way = np.abs(np.diff(path[:, TRUE]))
-    assert way.max() < 10.0 * 1e-3 * 1.05  # of a tick at 10 mm/s and the steepest slope; the play is 100 µm wide
 
 
 def test_start_lies_within_the_play():
@@ -118,7 +103,3 @@ def test_an_error_that_falls_as_fast_as_the_axis_moves_is_refused():
     Machine(axis_error=table(0.9))
     with pytest.raises(ArgumentError, match=r"a fall by 1 mm from 0 to 1 mm"):
         Machine(axis_error=table(1.0))
-
-
-def test_the_lathe_has_a_play():
-    Machine(axis_error=LatheNetwork())

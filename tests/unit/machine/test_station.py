@@ -7,14 +7,13 @@ import signal_oracle as oracle
 
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, RealEdges, Timing
-from rtec.link._frame_kernels import CORRECTIONS, POSITION, STATUS
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.requester.pc_node import PcNode
-from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import BoxState, Status
-from rtec.requester.supervision import HoldReason, SupervisionLimits
+from rtec.requester.supervision import SupervisionLimits
 
 US, MS, S = 10**6, 10**9, 10**12
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.27], backlash_mm=0.0)
@@ -70,50 +69,6 @@ def test_the_counts_are_those_of_a_plain_decoder(design):
     # the table asks for 30 um a millimetre where the axis truly is, in whole steps
     assert view.completed == pytest.approx(0.030 * true / design.step_counts, abs=0.55)
     assert view.completed > 2
-
-
-def test_it_speaks_its_four_words_every_cycle():
-    station = Station(StationSettings(axis=3))
-    sent = station.advance(until_ps=100 * MS)
-    by_kind = [frame.identifier - 3 for _, frame in sent]
-    assert by_kind.count(POSITION) == 10
-    assert by_kind.count(STATUS) >= 10
-    assert by_kind.count(CORRECTIONS) == 10
-
-
-def test_it_waits_for_home_before_it_moves():
-    station = Station(StationSettings(), [Move(target_mm=1.0, speed_mm_s=5.0)])
-    station.advance(until_ps=1 * S)
-    assert (station.view.position, station.view.box_state) == (0, BoxState.NOT_HOMED)
-
-
-def test_a_restarted_box_has_another_session_and_makes_the_pc_hold():
-    station = Station(slow(Design.A), [Move(target_mm=5.0, speed_mm_s=0.5)])
-    pc = requester(Design.A)
-    talk(station, pc, 500 * MS, look_ps=MS)
-    assert pc.view.state is PcState.ACTIVE
-    station.restart()
-    talk(station, pc, 600 * MS, look_ps=MS)
-    assert (pc.view.state, pc.view.reason) == (PcState.HOLD, HoldReason.BOX_RESTARTED)
-    assert station.view.session == 2
-
-
-def test_the_switch_is_noticed_even_where_the_request_is_zero():
-    """A step stands in the controller, zero is asked for and the switch forbids to take it out: that must be said."""
-    station = Station(slow(Design.A))
-    pc = requester(Design.A)
-    talk(station, pc, 100 * MS, look_ps=MS)
-    constant = UnidirectionalTable(positions_mm=[-1.0, 1.0], errors_mm=[0.008, 0.008], backlash_mm=0.0)
-    pc.predict_by(constant)
-    talk(station, pc, 300 * MS, look_ps=MS)
-    assert station.view.completed == 2
-    station.switch(on=False)
-    pc.predict_by(UnidirectionalTable(positions_mm=[-1.0, 1.0], errors_mm=[0.0, 0.0], backlash_mm=0.0))
-    for frame in pc.turn(at_ps=pc.due_ps):
-        station.receive(frame)
-    talk(station, pc, 400 * MS, look_ps=MS)
-    assert station.view.completed == 2
-    assert pc.view.reason is HoldReason.CORRECTIONS_DISABLED
 
 
 def test_the_home_switch_knows_nothing_of_the_cable():

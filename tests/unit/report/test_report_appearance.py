@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import pytest
 
 from rtec.errors import ArgumentError
 from rtec.report import palette
-from rtec.report.appearance import look_of, number, scale_of
+from rtec.report.appearance import look_of, scale_of
 
 NAMES = ("uncompensated", "table", "original", "a", "b", "c")
 
@@ -56,18 +55,9 @@ def test_what_is_not_there_is_a_dash(nothing):
     assert scale_of("um").text(nothing) == scale_of("um").with_unit(nothing) == "–"
 
 
-def test_a_small_negative_length_has_no_sign_before_zero():
-    assert scale_of("um").text(-0.00001) == "0.0"
-
-
 def test_an_unknown_unit_is_refused_with_the_nearest():
     with pytest.raises(ArgumentError, match="did you mean 'inch'"):
         scale_of("inches")
-
-
-def test_grouping_of_numbers():
-    groups = number(1234567).split("\u202f")
-    assert groups == ["1", "234", "567"] and all(len(part) <= 3 for part, _ in itertools.pairwise(groups))
 
 
 def test_colours_and_lines_of_figures_stand_in_the_palette_alone():

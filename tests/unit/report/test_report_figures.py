@@ -11,7 +11,6 @@ from PIL import Image
 
 from rtec.report.appearance import scale_of
 from rtec.report.figures_feed import feed_figure
-from rtec.report.figures_positioning import positioning_figure
 from rtec.report.figures_style import figure_style
 from rtec.report.figures_summary import summary_figure
 from rtec.report.figures_waveform import waveform_figure
@@ -48,14 +47,16 @@ def test_the_same_result_gives_the_same_bytes_whatever_the_users_settings(make_r
     assert [(figure.svg, figure.png) for figure in drawn] == [(figure.svg, figure.png) for figure in second]
 
 
+def test_a_png_holds_the_titles_of_its_panels_with_their_figures(drawn, make_result):
+    image = Image.open(io.BytesIO(next(figure.png for figure in drawn if figure.name == "positioning")))
+    panels = image.text["Description"].splitlines()
+    assert len(panels) == len(make_result().rows)
+    assert all("A " in panel and panel.endswith("µm") for panel in panels)
+
+
 def test_figures_without_data_are_left_out(make_result):
     bare = make_result(feed_curves=(), hold_curves=(), waveforms=(), period_mm=None)
     assert [figure.name for figure in illustrations(bare, UM)] == ["summary", "positioning", "residual"]
-
-
-def test_a_study_of_one_direction_and_one_run_is_drawn(make_result, make_row):
-    rows = tuple(make_row(name, 0.01, runs=1, directions=(-1,)) for name in ("uncompensated", "b"))
-    assert [figure.name for figure in illustrations(make_result(rows=rows), UM)] == ALL
 
 
 def test_a_perfect_study_is_drawn(make_result, make_row):
@@ -84,25 +85,6 @@ def test_not_a_number_in_curves_leaves_gaps(make_result):
     )
     result = make_result(feed_curves=(feed,), hold_curves=(hold,))
     assert [figure.name for figure in illustrations(result, UM)] == ALL
-
-
-def test_panels_of_like_ranges_share_a_scale_and_a_far_one_has_its_own(make_result, make_row):
-    rows = (("uncompensated", 0.05), ("a", 0.004), ("b", 0.001), ("c", 0.04))
-    with figure_style():
-        figure = positioning_figure(make_result(rows=tuple(make_row(*row) for row in rows)), UM)
-    before, a, b, c = (axes.get_ylim() for axes in figure.axes)
-    assert a == b and c[1] > 5 * a[1] and before[1] > 50.0 - 1e-9
-
-
-def test_positioning_shows_means_in_the_studys_unit(make_result):
-    result = make_result(unit="inch")
-    with figure_style():
-        figure = positioning_figure(result, scale_of("inch"))
-    forward = figure.axes[0].lines[0]
-    at = result.rows[0].figures.at_targets
-    assert np.allclose(forward.get_xdata(), at.target / 25.4)
-    assert np.allclose(forward.get_ydata(), at.mean_forward / 25.4)
-    assert "inch" in figure.axes[-1].get_xlabel()
 
 
 def test_feeds_limit_and_programs_feed_are_marked(make_result):

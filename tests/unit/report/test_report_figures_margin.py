@@ -1,6 +1,5 @@
 """How far an algorithm goes, drawn: each bar from where to where, by the numbers of the verdict."""
 
-import pytest
 from matplotlib.colors import to_hex
 
 from rtec.cli import main
@@ -36,9 +35,3 @@ def test_check_draws_its_margin_and_says_where_there_is_none(tmp_path, capsys):
     words = ["check", "original", "--stream", "00 1us:+ 9us:end", "--margin-figure", str(tmp_path / "other.png")]
     assert main(words) == 2
     assert "does not go with --stream" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("ending", ["gif", "txt"])
-def test_a_file_of_another_kind_is_refused(tmp_path, capsys, ending):
-    assert main(["check", "c", "--tries", "16", "--margin-figure", str(tmp_path / f"margin.{ending}")]) == 2
-    assert "--margin-figure" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
 from rtec.predictors.fitting.training import Effort
 from rtec.report.figures_predicted import COLOURS
-from rtec.report.figures_style import figure_style, magnitudes, new_figure
+from rtec.report.figures_style import figure_style
 from rtec.report.figures_training import training_figure
 from rtec.training import all_methods, compare_predictors
 from rtec.training.results import Kind
@@ -79,14 +79,6 @@ def test_each_row_has_its_name_and_its_errors_or_says_that_it_has_no_figure(resu
     assert without == [y for y, row in found.items() if row.reason] == [0]
 
 
-@pytest.mark.parametrize(("title", "cost"), [("Error against size", "parameters"), ("Error against time", "train_s")])
-def test_the_error_stands_against_what_it_costs(result, panels, title, cost):
-    rows = [row for row in result.rows if row.works]
-    wanted = sorted((getattr(row, cost), 1e3 * row.rms_heldout_mm) for row in rows)
-    found = sorted(pair for marker in "osD^v" for pair in marks(panels[title], marker))
-    assert found == [pytest.approx(pair) for pair in wanted]
-
-
 def test_the_chosen_spacing_is_ringed_where_the_curve_of_a_table_is_lowest(result, panels):
     axes = panels["Tables: tried (dots), chosen (ring), judged (×)"]
     tables = [row for row in result.rows if row.kind is Kind.TABLE]
@@ -118,22 +110,6 @@ def test_lines_of_the_best_of_each_kind_go_through_the_readings_in_both_directio
         assert x[-1] - x[0] == pytest.approx(20.0)
         assert y[100] == pytest.approx(1e3 * best.predictor.error_mm(float(x[100]), way))
     assert len(marks(axes, "o")) >= 2  # readings that judge, one of them in the middle
-
-
-def test_what_is_left_is_folded_over_the_turn(result, panels):
-    axes = next(axes for title, axes in panels.items() if title.startswith("Left within a turn"))
-    points = marks(axes, ".")
-    assert len(points) == result.parts.heldout.rows
-    assert {round(x, 6) for x, _ in points} <= {0.5 * k for k in range(20)}
-    left = 1e3 * result.best.left_mm(result.parts.heldout)
-    assert sorted(y for _, y in points) == pytest.approx(sorted(left))
-
-
-def test_the_interval_stands_against_the_share_that_it_held(result, panels):
-    axes = panels["How sure: intervals for 90 % of the readings"]
-    found = sorted(pair for marker in "osD^v" for pair in marks(axes, marker))
-    rows = [row for row in result.rows if row.works and math.isfinite(row.interval_mm)]
-    assert found == [pytest.approx(pair) for pair in sorted((1e3 * r.interval_mm, 100.0 * r.coverage) for r in rows)]
 
 
 def labels_overlap(axis, renderer):
@@ -173,23 +149,3 @@ def test_one_direction_alone_is_drawn_with_what_has_a_figure(tmp_path):
 def test_without_any_figure_there_is_no_picture(tmp_path):
     with pytest.raises(ArgumentError, match="no predictor has a figure"):
         training_figure(compared(dataset(tmp_path, ways=(1,)), "none", "table"))
-
-
-@pytest.mark.parametrize(
-    ("values", "scale"), [((1.0, 3.0), "linear"), ((1.0, 5.0), "log"), ((0.0, 9.0), "linear"), ((), "linear")]
-)
-def test_an_axis_is_logarithmic_where_its_values_differ_by_factors(values, scale):
-    axes = new_figure(1.0).add_subplot()
-    magnitudes(axes, "y", iter(values))
-    assert axes.get_yscale() == scale
-
-
-@pytest.mark.parametrize("most", [8.0, 90.0, 240.0, 1000.0, 10_000.0])
-def test_labels_of_magnitudes_have_room_in_a_third_of_the_page(most):
-    with figure_style():
-        figure = new_figure(2.5)
-        axes = figure.subplots(1, 3)[1]
-        magnitudes(axes, "x", [1.0, most])
-        axes.plot([1.0, most], [1.0, 2.0])
-        figure.draw_without_rendering()
-        assert not labels_overlap(axes.xaxis, FigureCanvasAgg(figure).get_renderer())

@@ -17,7 +17,6 @@ from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_measurement
 from rtec.predictors import BidirectionalTable
-from rtec.report.appearance import scale_of
 from rtec.report.diagnosis import diagnosis_document, verdict_sentence
 from rtec.report.document import study_document
 from rtec.report.folder import write_report
@@ -139,21 +138,9 @@ def test_the_second_round_has_a_figure_and_its_place_on_the_page(make_result, ag
     assert "Measured again" in text
 
 
-def test_a_single_round_says_nothing_of_rounds(result, learned):
-    assert rounds_sentence(learned) == ""
-    assert search_of(result).rounds == []
-    assert "axis-rounds" not in [figure.name for figure in search_figures(learned)]
-
-
 def test_a_predictor_that_was_given_has_no_chapter(make_result):
     assert search_of(make_result()) is None
     assert alias_words(make_result()) == ""
-
-
-def test_the_figures_do_not_take_the_names_of_the_corrections(learned):
-    names = [figure.name for figure in search_figures(learned)]
-    assert all(name.startswith("axis-") for name in names)
-    assert {"axis-measured", "axis-staircase", "axis-components", "axis-residual", "axis-spectra"} <= set(names)
 
 
 def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
@@ -190,13 +177,6 @@ def test_the_document_holds_the_diagnosis_and_the_scores(result, learned):
     }
 
 
-def test_the_document_of_a_given_predictor(make_result):
-    document = study_document(make_result())
-    assert document["diagnosis"] is None
-    assert document["model"]["predictor"] == "lathe"
-    assert document["model"]["steps_against_truth_um"] == []
-
-
 def test_the_terminals_staircase_fits_eighty_columns(learned):
     console = Console(width=80, force_terminal=False)
     with console.capture() as captured:
@@ -216,8 +196,3 @@ def test_the_terminals_staircase_fits_eighty_columns(learned):
 def scale_free(value_mm):
     """Return micrometres in three digits."""
     return f"{value_mm * 1000:.1f}"
-
-
-def test_a_study_in_inches_keeps_the_searchs_unit(make_result, learned):
-    assert scale_of("inch").symbol == "inch"
-    assert search_of(make_result(learned=learned, unit="inch")).found.unit == "µm"

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from rtec.machine import Ending
 from rtec.report.appearance import scale_of
-from rtec.report.tables import LENGTH_COLUMNS, Mark, audit_text, curves_csv, limit_rows, rows_csv, table_rows
+from rtec.report.tables import LENGTH_COLUMNS, Mark, audit_text, limit_rows, rows_csv, table_rows
 from rtec.report.terminal import terminal_table
 from rtec.study.results import Limit
 
@@ -88,22 +88,6 @@ def test_a_gate_below_the_programs_feed_is_named(make_result):
         name="a", follows_up_to_mm_s=50.0, gate_refuses_above_mm_s=20.0, word_holds_mm=1.0, largest_error_mm=0.1
     )
     assert limit_rows(make_result(limits=(limit,)), scale_of("um"))[0].verdict.startswith("the speed gate")
-
-
-def test_errors_in_motion_as_csv(make_result):
-    result = make_result()
-    result.feed_curves[0].forward_pp_mm[1] = np.nan
-    rows = list(csv.DictReader(io.StringIO(curves_csv(result, scale_of("um")))))
-    assert len(rows) == 6
-    assert rows[0] == {
-        "name": "original",
-        "feed_mm_s": "2.0",
-        "forward_pp_um": "2.0",
-        "reverse_pp_um": "4.0",
-        "forward_rms_um": "0.5",
-        "reverse_rms_um": repr(2.0 / 3000.0 * 1000.0),
-    }
-    assert rows[1]["forward_pp_um"] == ""
 
 
 @pytest.mark.parametrize("unit", ["um", "mm", "inch"])

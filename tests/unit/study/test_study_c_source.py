@@ -18,7 +18,7 @@ from rtec.predictors.axis_tables import AxisTable
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor
 from rtec.predictors.tables import Between
-from rtec.study.c_source import Precision, name_in_c, predictor_lines
+from rtec.study.c_source import Precision, predictor_lines
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wmissing-prototypes")
 PITCH, LOW, HIGH = 6.35, -120.0, 1016.0
@@ -201,18 +201,6 @@ def test_saturated_neurons_and_what_is_no_number_do_no_harm(tmp_path):
 
 
 @COMPILES
-@pytest.mark.parametrize("kind", ["30-10", "one way, lines"])
-def test_a_narrower_range_is_held_and_a_wider_one_is_not(kind, tmp_path):
-    predictor = PREDICTORS[kind]
-    function = compiled(tmp_path, source(predictor, held_mm=(100.0, 200.0)))
-    for at, held in ((50.0, 100.0), (150.0, 150.0), (201.0, 200.0)):
-        assert function(at, -1) == pytest.approx(float(predictor.error_mm(held, -1)), abs=1e-12)
-    assert source(predictor, held_mm=(-1e6, 1e6)) == source(predictor)
-    beyond = compiled(tmp_path, source(predictor, held_mm=(2e3, 3e3)))
-    assert beyond(150.0, 1) == pytest.approx(float(predictor.error_mm(2e3, 1)), abs=1e-12)
-
-
-@COMPILES
 @pytest.mark.parametrize("pitch_mm", [1e-6, 0.5])
 def test_many_turns_are_counted_whole(pitch_mm, tmp_path):
     part = LayeredNetwork(
@@ -246,13 +234,6 @@ def test_a_name_cannot_end_the_comment(tmp_path):
     nasty = "*/ } /* \\ ??/ Fräse @ // double"
     function = compiled(tmp_path, source(PREDICTORS["40"], name=nasty, source=nasty))
     assert math.isfinite(function(1.0, 1))
-
-
-@COMPILES
-def test_a_file_named_after_a_type_of_c_compiles_in_single_precision(tmp_path):
-    known = KnownPredictor(predictor=PREDICTORS["30 + 8"], name="n")
-    lines = predictor_lines(known, name_in_c("double.c"), held_mm=(LOW, HIGH), precision=Precision.SINGLE)
-    assert math.isfinite(compiled(tmp_path, lines, Precision.SINGLE, "double")(1.0, 1))
 
 
 def test_what_c_cannot_hold_is_refused():

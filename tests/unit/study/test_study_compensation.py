@@ -62,13 +62,6 @@ def test_so_many_nodes_as_there_may_be_are_put_where_they_help_most():
     assert table.interpolation_mm < 1.6 * evenly
 
 
-def test_a_line_takes_two_nodes():
-    table = compensation_of(model(term("scale", [2e-5]), datum=0.004), -50.0, 450.0, within_mm=1e-4, most=256)
-    assert table.position_mm.tolist() == [-50.0, 450.0]
-    assert table.forward_mm == pytest.approx([0.003, 0.013])
-    assert table.interpolation_mm < 1e-6
-
-
 def test_a_compensation_file_holds_actual_positions_that_ascend():
     table = compensation_of(WAVE, 0.0, 300.0, within_mm=1e-3, most=LINUXCNC_TRIPLETS)
     rows = np.array([[float(x) for x in line.split()] for line in linuxcnc_lines(table)])
@@ -134,13 +127,6 @@ def test_straight_lines_of_a_table_are_drawn_by_its_own_points(both):
     assert drawn.position_mm.tolist() == pytest.approx(places.tolist())
     assert drawn.left_out == () and drawn.interpolation_mm < 1e-6
     assert drawn.reverse_mm == pytest.approx(table.error_mm(places, -1), abs=1e-6)
-
-
-def test_beyond_its_range_a_predictor_is_held_and_so_is_its_table():
-    table = UnidirectionalTable(positions_mm=[1.0, 7.0], errors_mm=[0.001, 0.004], backlash_mm=0.002)
-    drawn = compensation_of(table, -20.0, 30.0, within_mm=1e-8, most=MOST_NODES)
-    assert drawn.position_mm.tolist() == [-20.0, 1.0, 7.0, 30.0]
-    assert drawn.reverse_mm.tolist() == [0.003, 0.003, 0.006, 0.006]
 
 
 def test_the_range_of_a_network_begins_and_ends_at_nodes():

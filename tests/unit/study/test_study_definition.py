@@ -1,13 +1,12 @@
 """A study's file: what is left out, what is refused, and how that is said."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rtec.axis import ProfileShape
-from rtec.errors import ArgumentError, FileFormatError, RtecError
+from rtec.errors import FileFormatError, RtecError
 from rtec.injector import Design
 from rtec.predictors import BidirectionalTable, LatheNetwork, NoError, UnidirectionalTable
 from rtec.study import builtin_study, builtin_text, read_study
@@ -81,109 +80,55 @@ REFUSED = [
     ('[axis]\naceleration = "1 m/s^2"', ["unknown key 'axis.aceleration'", "did you mean 'acceleration'?"]),
     ('[program]\nfeeds = "1 mm/s"', ["unknown key 'program.feeds'", "did you mean 'feed'?"]),
     ('name = "a/b"', ["FILE: name", "a/b"]),
-    ('name = ""', ["FILE: name"]),
-    ('title = "a\\nb"', ["FILE: title"]),
     ('unit = "ft"', ["FILE: unit", "um, mm, inch"]),
     ("axis = 5", ["axis = 5", "[axis]"]),
     ('[[axis]]\nerror = "lathe"', ["a table [axis]"]),
     ("[axis]\nacceleration = 500", ["axis.acceleration", "500", "unit", "mm/s^2"]),
     ('[axis]\nacceleration = "500"', ["axis.acceleration", "500", "write the unit"]),
-    ('[axis]\nacceleration = "500 mm/s"', ["axis.acceleration", "500 mm/s"]),
-    ('[axis]\nacceleration = "-500 mm/s^2"', ["axis.acceleration", "-500"]),
-    ('[axis]\nmax_speed = "0 mm/s"', ["axis.max_speed"]),
-    ('[axis]\nmax_speed = "nan mm/s"', ["axis.max_speed", "nan"]),
-    ('[axis]\nmax_speed = "1e400 mm/s"', ["axis.max_speed", "1e400"]),
-    ('[axis]\njerk = "0 m/s^3"', ["axis.jerk"]),
-    ('[axis]\ncyclic_period = "-1 mm"', ["axis.cyclic_period"]),
     ('[axis]\nerror = "lahte"', ["axis.error", "lathe", ".csv"]),
-    ('[axis]\nerror = "axis"', ["axis.error"]),
-    ("[axis]\nerror = 5", ["axis.error", "5"]),
-    ('[encoder]\ncount = "0 um"', ["encoder.count"]),
-    ('[encoder]\ncount = "1 s"', ["encoder.count", "1 s"]),
-    ("[encoder]\nhome_state = 4", ["encoder.home_state", "0 to 3"]),
     ("[encoder]\nhome_state = true", ["encoder.home_state", "True"]),
     ('[encoder]\nphase_error = "90 deg"', ["encoder.phase_error", "-89 to 89"]),
     ('[encoder]\nphase_error = "60 deg"\nduty_error_a = "40 %"', ["encoder.phase_error", "apart"]),
     ("[conversation]\nwindow = 3", ["unknown key 'conversation'", "one of name, ", "handshake"]),
     ('[axis]\nacceleration = "-1 m/s^2"', ["axis.acceleration: -1 m/s^2 is too small", "to 1000 m/s^2"]),
-    ('[encoder]\nduty_error_b = "46 %"', ["encoder.duty_error_b: 46 %", "-45 to 45 %"]),
-    ('[encoder]\njitter = "-1 ns"', ["encoder.jitter", "-1 ns"]),
-    ("[encoder]\nseed = -1", ["encoder.seed"]),
     ("[encoder]\nseed = 99999999999999999999", ["encoder.seed"]),
-    ('[servo]\nperiod = "-1 ms"', ["servo.period", "-1 ms"]),
+    ('[axis]\ncyclic_period = "-1 mm"', ["axis.cyclic_period"]),
+    ('[controller]\ntable_interval = "0 mm"', ["controller.table_interval"]),
+    ('[calibration]\nincrement = "0 inch"', ["calibration.increment", "above zero"]),
+    ('[figures]\nspan = "0 mm"', ["figures.span"]),
     ('[servo]\nperiod = "2 ms"', ["servo.period: 2 ms is too large", "to 1 ms"]),
-    ('[servo]\ngain = "0 1/s"', ["servo.gain"]),
-    ('[servo]\nlag = "-1 ms"', ["servo.lag"]),
     ("[servo]\nfeedforward = nan", ["servo.feedforward", "nan"]),
-    ("[servo]\nfeedforward = 1e400", ["servo.feedforward", "inf"]),
-    ("[servo]\ndeadband = -1", ["servo.deadband"]),
-    ('[servo]\ndeadband = "1"', ["servo.deadband", "'1'"]),
     ("[servo]\ndeadband = " + "9" * 400, ["servo.deadband", "inf"]),
-    ('[servo]\ndither_frequency = "0 Hz"', ["servo.dither_frequency"]),
     ('[program]\nstart = "50 inch"', ["program.start", "below the end"]),
     (
         '[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"',
         ["program.start", "outside the range of", "25.4 to 1016 mm"],
     ),
-    ('[program]\nend = "1e9 inch"', ["program.end"]),
     ('[program]\nincrement = "0.51 inch"', ["program.increment", "a whole part of the travel"]),
-    ('[program]\nincrement = "0 inch"', ["program.increment"]),
     ('[program]\nincrement = "0.0001 inch"', ["program.increment", "at most 200000 readings"]),
-    ('[program]\ndwell = "0 s"', ["program.dwell", "1 to 99 s"]),
     ("[program]\nruns = 0", ["program.runs", "1 to 99"]),
-    ("[program]\nruns = 100", ["program.runs", "1 to 99"]),
-    ("[program]\nruns = 5.5", ["program.runs", "5.5"]),
     ("[program]\nruns = " + "9" * 400, ["program.runs", "9..."]),
     ('[program]\nfeed = "51 inch/min"', ["program.feed", "0.1 to 50"]),
     ('[axis]\nmax_speed = "20 mm/s"', ["program.feed", "faster than axis.max_speed", "at most 20 mm/s"]),
-    ('[program]\novershoot = "0 inch"', ["program.overshoot"]),
-    ('[laser]\nwindow = "0 mm"', ["laser.window"]),
     ('[laser]\ndwell = "6 s"', ["laser.dwell: 6 s is not less than program.dwell", "less than 6 s"]),
-    ('[laser]\nrepeatability = "-1 um"', ["laser.repeatability"]),
-    ("[laser]\nseed = 1.5", ["laser.seed", "1.5"]),
-    ("[controller]\nfilter_samples = -1", ["controller.filter_samples"]),
-    ('[controller]\nfilter_clock = "0 Hz"', ["controller.filter_clock"]),
     ('[controller]\nfilter_clock = "33333337 Hz"', ["controller.filter_clock", "round it"]),
     ('[controller]\npolicy = "gess"', ["controller.policy", "did you mean 'guess'?"]),
-    ("[controller]\ncounter_bits = 1", ["controller.counter_bits"]),
-    ('[controller]\ntable_interval = "0 mm"', ["controller.table_interval"]),
-    ('[box]\ndesigns = ["d"]', ["box.designs", "original, a, b, c"]),
     ('[box]\ndesigns = ["orginal"]', ["box.designs", "did you mean 'original'?"]),
-    ('[box]\ndesigns = ["A"]', ["box.designs", "did you mean 'a'?"]),
     ('[box]\ndesigns = ["a", "b", "a"]', ["box.designs", "each design once"]),
     ('[box]\ndesigns = "a"', ["box.designs", "a list"]),
-    ("[box]\ndesigns = [1]", ["box.designs", "1"]),
-    ('[box]\ndesigns = [["a"]]', ["box.designs"]),
     ("[box]\nprocessor = 8051", ["box.processor", "8051", "fast"]),
-    ('[box]\nreal_edges = "mrege"', ["box.real_edges", "did you mean 'merge'?"]),
-    ("[box]\ngate_margin = -0.1", ["box.gate_margin"]),
-    ('[box]\nrest = "0 ms"', ["box.rest"]),
     ("[handshake]\nwindow = 0", ["handshake.window"]),
-    ("[handshake]\ngrace = -1", ["handshake.grace"]),
-    ('[handshake]\nbox_period = "0 ms"', ["handshake.box_period"]),
-    ('[handshake]\npc_period = "1e5 s"', ["handshake.pc_period"]),
-    ('[handshake]\nlatency = "1 s"', ["handshake.latency"]),
     ('[handshake]\ndata_valid_low = "1 ms"', ["handshake.data_valid_low"]),
     ('[controller]\nfilter_clock = "50.0000005 MHz"', ["controller.filter_clock", "whole number of hertz"]),
-    ('[handshake]\ndirection_hysteresis = "-1 um"', ["handshake.direction_hysteresis"]),
-    ('[predictor]\nmodel = "axes"', ["predictor.model", "axis"]),
     ('[predictor]\nmodel = "learnd"', ["predictor.model", "did you mean 'learned'?"]),
-    ('[calibration]\nincrement = "0 inch"', ["calibration.increment", "above zero"]),
     (
         '[calibration]\nincrement = "0.001 inch"',
         ["calibration.increment", "makes 312008", "at most 50000 readings"],
     ),
-    ('[calibration]\nincrement = "0.00001 inch"', ["calibration.increment"]),
-    ("[calibration]\nruns = 0", ["calibration.runs", "1 to 99"]),
-    ('[calibration]\ndwell = "0 s"', ["calibration.dwell", "1 to 99 s"]),
     ('[calibration]\ndwell = "3 s"', ["laser.dwell", "not less than calibration.dwell", "less than 3 s"]),
     ("[calibration]\nstart = 1", ["unknown key 'calibration.start'"]),
     ("[figures]\nfeeds = [5]", ["figures.feeds", "unit"]),
-    ('[figures]\nfeeds = "5 inch/min"', ["figures.feeds", "a list"]),
     ('[figures]\nfeeds = ["1e5 mm/s"]', ["figures.feeds"]),
-    ('[figures]\nspan = "0 mm"', ["figures.span"]),
-    ('[figures]\nhold_growth = "1 m"', ["figures.hold_growth"]),
-    ('[figures]\nhold_time_constant = "0 s"', ["figures.hold_time_constant"]),
 ]
 
 
@@ -196,22 +141,15 @@ def test_what_is_refused_names_file_key_and_value(tmp_path, text, said):
 
 NO_TOML = [
     (b"\xff\xfe\x00", "UTF-8"),
-    (b"\x00\x01\x02", "line 1"),
     (b"\x89PNG\r\n\x1a\n" + bytes(range(128)), "UTF-8"),
     (b"name", "Expected"),
     (b"name = 1\nname = 2", "overwrite"),
-    (b"[axis]\n[axis]", "twice"),
     (b'[program\nruns = 5\nfeed = "', "line 1"),
-    (b"x = 2020-13-45", "line 1"),
     (b"x = " + b"9" * 5000, "digits"),
     (b"x = " + b"[" * 5000, "nested too deeply"),
-    (b"x = " + b"{a = " * 3000, "nested too deeply"),
     (b"#" * 1_000_001, "at most 1000000 bytes"),
     (b'"' + b"y" * 90_000 + b'" = 1', "unknown key"),
-    (b'axis = "' + b"y" * 90_000 + b'"', "[axis]"),
     (b'title = "' + b"y" * 90_000 + b'"', "1 to 200 characters"),
-    (b'[axis]\nacceleration = "' + b"1" * 90_000 + b' mm/s^2"', "axis.acceleration"),
-    (b'[box]\ndesigns = ["' + b"y" * 90_000 + b'"]', "box.designs"),
     (b"[figures]\nfeeds = [" + b'"1 mm/s",' * 1001 + b"]", "figures.feeds"),
 ]
 
@@ -227,11 +165,6 @@ def test_what_is_no_file_is_refused(tmp_path, name):
     with pytest.raises(FileFormatError) as caught:
         read_study(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
-
-
-def test_a_device_is_refused():
-    with pytest.raises(FileFormatError, match="/dev/zero"):
-        read_study(Path("/dev/zero"))
 
 
 TABLE = "position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n1100,50,90\n"
@@ -260,11 +193,6 @@ def test_a_calibration_takes_the_widest_step_that_divides_the_travel(tmp_path):
     assert study.calibration.targets_mm / 25.4 == pytest.approx(np.linspace(1, 3.6, 9), abs=1e-4)  # 2.6 inch / 8
     wide = read_study(written(tmp_path, '[program]\nend = "3.6 inch"\n[calibration]\nincrement = "10 inch"\n'))
     assert (wide.calibration.targets_mm / 25.4).tolist() == [1.0, 3.6]
-
-
-def test_a_calibration_that_nobody_needs_is_not_refused_for_its_size(tmp_path):
-    text = '[calibration]\nincrement = "0.001 inch"\n[predictor]\nmodel = "axis"\n'
-    assert read_study(written(tmp_path, text)).model == LatheNetwork()
 
 
 MODEL = """observe = "deviation"
@@ -360,23 +288,12 @@ def test_a_jerk_makes_s_curves(tmp_path):
     assert builtin_study().shape is ProfileShape.TRAPEZOIDAL
 
 
-def test_no_period_means_no_cyclic_figure(tmp_path):
-    assert read_study(written(tmp_path, '[axis]\ncyclic_period = "0 mm"\n')).period_mm is None
-
-
 def test_timing_is_the_processors_with_the_studys_gate(tmp_path):
     study = read_study(written(tmp_path, '[box]\nprocessor = "fast"\ngate_margin = 0.5\nrest = "2 ms"\n'))
     timing = study.timing(Design.C)
     assert (timing.decide_ps, timing.step_ps) == (125_000, 125_000)
     assert (timing.gate_margin, timing.rest_ps) == (0.5, 2_000_000_000)
     assert study.injector(Design.A).design is Design.A
-
-
-def test_errors_are_of_the_right_kind(tmp_path):
-    with pytest.raises(FileFormatError):
-        read_study(written(tmp_path, 'nmae = "x"'))
-    with pytest.raises(ArgumentError):
-        read_study(written(tmp_path, '[servo]\nperiod = "1 s"'))
 
 
 def test_faults_and_probing_are_tables_in_any_number(tmp_path):

@@ -1,6 +1,5 @@
 """A whole study: its rows, its draws, its figures in motion, and what happens where a row cannot be finished."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +17,8 @@ from rtec.report.document import study_document
 from rtec.report.folder import write_report
 from rtec.requester.settings import HandshakeSettings
 from rtec.study import builtin_study, read_study, run_study
-from rtec.study.figures import feed_curve, limit_of, steepest_slope
-from rtec.study.run import _machine
+from rtec.study.figures import feed_curve, limit_of
+from rtec.study.run import machine_of
 
 INCH_MIN = 25.4 / 60.0
 
@@ -82,12 +81,6 @@ def test_every_row_has_the_same_draws(plain):
     assert noise[0] == pytest.approx(np.random.default_rng(1).normal(0.0, 0.001, 12), abs=1e-12)
 
 
-def test_another_seed_gives_other_draws(plain):
-    other = run_study(small(seed=2, designs=()))
-    assert other.study.seed == 2
-    assert not np.allclose(other.rows[0].readings.deviation_mm, plain.rows[0].readings.deviation_mm, atol=1e-5)
-
-
 def test_rows_and_what_they_say(plain):
     assert [row.name for row in plain.rows] == ["uncompensated", "table", "original", "a", "b", "c"]
     assert plain.good
@@ -128,30 +121,6 @@ def test_progress_never_falls_and_ends_at_the_end():
     assert all(isinstance(what, str) and what for what, _ in told)
 
 
-@pytest.mark.parametrize("designs", [(), (Design.C,), (Design.B, Design.A)])
-def test_any_choice_of_designs(designs):
-    result = run_study(small(designs=designs))
-    assert [row.name for row in result.rows] == ["uncompensated", "table", *(design.value for design in designs)]
-    assert len(result.feed_curves) == len(result.hold_curves) == len(result.waveforms) == len(designs)
-    assert result.good
-
-
-def test_feeds_above_the_axis_are_left_out():
-    result = run_study(small(designs=(Design.B,), feeds_mm_s=(10.0, 500.0)))
-    assert result.feed_curves[0].feed_mm_s.tolist() == [10.0]
-    none = run_study(small(designs=(Design.B,), feeds_mm_s=(500.0,)))
-    assert none.feed_curves[0].reverse_pp_mm.size == 0
-
-
-def test_a_very_slow_pass_is_thinned_out():
-    # 0.05 mm/s for 2 x 5 cm: two thousand seconds, a million ticks
-    curve = feed_curve(small(), "b", replace(_machine(small()), injector=small().injector(Design.B)), lambda _: None)
-    slow = replace(small(), feeds_mm_s=(0.05,), span_mm=5.0)
-    machine = replace(_machine(slow), injector=slow.injector(Design.B))
-    slowly = feed_curve(slow, "b", machine, lambda _: None)
-    assert slowly.reverse_pp_mm[0] < 0.003 < curve.reverse_pp_mm[0]
-
-
 # window * step / period / slope, with the lathe's reverse cyclic slope of 0.048: 14.8, 29.5, 59 inch/min
 @pytest.mark.parametrize(("design", "inch_min"), [(Design.B, 14.76), (Design.C, 29.53), (Design.A, 59.06)])
 def test_the_feed_up_to_which_a_design_follows(design, inch_min):
@@ -169,15 +138,10 @@ def test_limits_of_gate_and_word():
     assert by_name[Design.B].largest_error_mm == pytest.approx(0.145, abs=0.002)
 
 
-def test_steepest_slope_of_the_lathe():
-    slope = steepest_slope(given().model, np.linspace(25.4, 1016, 20_001), over_mm=0.05)
-    assert slope == pytest.approx(0.048, rel=0.03)
-
-
 @pytest.fixture(scope="module")
 def in_motion():
     study = replace(given(), feeds_mm_s=tuple(feed * INCH_MIN for feed in (5, 50)))
-    base = _machine(study)
+    base = machine_of(study)
     return {
         design: feed_curve(study, design.value, replace(base, injector=study.injector(design)), lambda _: None)
         for design in (Design.A, Design.B, Design.C)
@@ -217,29 +181,6 @@ def test_an_error_beyond_the_word_is_pending_and_said(tmp_path):
     assert rows["b"].figures.peak_to_peak < 0.003
     result = run_study(replace(read_study(path), designs=(Design.A,)))
     assert any("word is too small by" in warning for warning in result.warnings)
-
-
-def test_a_held_machine_is_a_row_that_says_so(tmp_path, monkeypatch):
-    fill = HandshakeSettings.fill_box
-
-    def narrow(self, box, *, switch_on=True):
-        fill(self, box, switch_on=switch_on)
-        box.window = 1
-
-    monkeypatch.setattr(HandshakeSettings, "fill_box", narrow)
-    # no error at the first targets, then more than the box believes at once
-    (tmp_path / "step.csv").write_text("position_mm,forward_um,reverse_um\n0,0,0\n60,0,0\n64,80,80\n1100,80,80\n")
-    path = tmp_path / "step.toml"
-    path.write_text('[axis]\nerror = "step.csv"\n[predictor]\nmodel = "axis"\n')
-    axis = read_study(path)
-    result = run_study(small(axis_error=axis.axis_error, model=axis.model, designs=(Design.B,), repeatability_mm=0.0))
-    held = result.rows[-1]
-    assert held.run.ending is Ending.HELD
-    assert held.run.refused == 3
-    assert 1 <= held.readings.size < 12
-    assert held.run.audit
-    assert not result.good
-    assert study_document(result)["rows"][-1]["ending"] == "HELD"
 
 
 def test_a_row_without_any_reading_is_empty_with_its_reason(tmp_path, monkeypatch):
@@ -294,15 +235,6 @@ def test_counts_lost_at_too_high_a_speed_are_a_row_or_named():
     assert row.readings is None
     assert "never stood at a target" in row.reason
     assert f"off by {row.run.audit_counts}" in row.reason
-
-
-def test_one_run_of_two_targets_has_figures_where_they_exist():
-    plan = replace(small().plan, increment_mm=66.04)
-    row = run_study(small(plan=plan, designs=())).rows[0]
-    assert row.readings.size == 4
-    assert row.figures.iso["R"] is None
-    assert row.figures.max_reversal_error is not None
-    assert math.isfinite(row.figures.rms)
 
 
 def test_faults_of_a_study_happen_in_its_rows_and_say_what_they_did():

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
 
-from rtec.effects import Units
-from rtec.inference.results import Unknown, Value, Verdict
+from rtec.inference.results import Value
 from rtec.report.diagnosis import comparison_document, diagnosis_document
 from rtec.report.diagnosis.document import parameters_document
 from rtec.report.diagnosis.quantities import named_texts, value_text
@@ -59,12 +57,6 @@ def test_steps_and_candidates_have_the_contracts_keys(make_diagnosis):
     assert first["predicted_rms"] == pytest.approx(3.8) and first["tied_with"] == ["windup"]
 
 
-def test_units_that_are_shown_as_they_are_stay(make_diagnosis, make_dataset):
-    dataset = make_dataset(observe="force", units=Units("n", "mm", "s"))
-    document = diagnosis_document(make_diagnosis(dataset=dataset))
-    assert document["unit"] == "N" and document["rms_before"] == pytest.approx(0.0070)
-
-
 def test_what_is_no_finite_number_is_null(make_diagnosis, make_step, make_noise):
     step = make_step("backlash", float("inf"), rms_heldout=float("nan"), p_adjusted=float("nan"),
                      params=(Value("backlash", float("nan"), float("inf"), "um"),))  # fmt: skip
@@ -74,18 +66,6 @@ def test_what_is_no_finite_number_is_null(make_diagnosis, make_step, make_noise)
     assert found["rms_train"] is None and found["rms_heldout"] is None and found["p_adjusted"] is None
     assert found["params"] == {"backlash_um": None, "backlash_um_error": None}
     assert document["noise_floor"] is None and document["rms_heldout"] is None
-
-
-def test_numbers_of_numpy_become_plain(make_diagnosis):
-    document = diagnosis_document(make_diagnosis(rms_before=np.float64(0.007)))
-    assert type(document["rms_before"]) is float
-
-
-def test_an_unknown_structure_keeps_its_keys(make_diagnosis):
-    unknown = Unknown(depends_on=("position", "run"), period=3.2, frequency_hz=None, description="a bump")
-    document = diagnosis_document(make_diagnosis(verdict=Verdict.UNKNOWN, unknown=unknown))
-    assert document["unknown"]["depends_on"] == ["position", "run"]
-    assert document["unknown"]["period"] == 3.2 and document["unknown"]["period_unit"] == "mm"
 
 
 def test_collinear_effects_are_listed_with_their_cosine(make_diagnosis):

@@ -76,15 +76,6 @@ def test_a_wave_is_folded_over_its_period_with_everything_else_taken_out(make_di
     assert np.sort(left) == pytest.approx(np.sort(1e3 * (d.dataset.observed - d.model.predict(d.dataset))))
 
 
-@pytest.mark.parametrize("name", ["cyclic", "interpolation"])
-def test_whatever_has_a_period_is_folded_over_it(make_dataset, name):
-    shape = replace(effect_named(name).shape_type(), period=2.0)
-    terms = (term(name, shape, *[1e-3] * len(effect_named(name).amplitudes(shape, Units("mm", "mm", "s")))),)
-    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
-    (panel,) = effect_panels(make_dataset(terms=terms), model)
-    assert panel.period == 2.0 and panel.over.name == "phase"
-
-
 def test_backlash_is_two_levels_one_for_each_direction(make_diagnosis):
     d = make_diagnosis()
     lines = labelled(drawn(d.dataset, d.model, d.noise)[0])
@@ -106,17 +97,6 @@ def test_card_table_and_figure_have_the_same_words(make_dataset, make_noise):
     assert title == f"backlash map: {', '.join(texts[1:])}"
     (_, cells) = found_table(model).columns
     assert [str(cell) for cell in cells.cells] == ["\n".join(texts)]
-
-
-def test_a_map_goes_from_place_to_place_and_is_no_mean_of_neighbours(make_dataset, make_noise):
-    places = make_dataset().conditions.places
-    values = 5.0 * (-1.0) ** np.arange(places.size)  # as jagged as a map can be
-    shape = type(effect_named("pitch_map").shapes(make_dataset().conditions)[0])(tuple(places))
-    terms = (term("pitch_map", shape, *(1e-3 * values)),)
-    dataset = make_dataset(terms=terms)
-    model = Model(observe="deviation", units=dataset.units, terms=terms)
-    x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
-    assert y == pytest.approx(np.interp(x, places, values))
 
 
 def test_what_a_curve_cannot_show_is_drawn_as_the_mean_of_neighbours(make_dataset, make_noise):
@@ -191,15 +171,6 @@ def test_what_time_does_is_one_line_whatever_the_direction(make_dataset, make_no
     assert "model, backward" not in labelled(axes[0])
 
 
-def test_readings_of_one_place_are_drawn_in_their_order(make_dataset):
-    c = Conditions(position=np.full(20, 5.0), position_unit="mm", run=np.ones(20, dtype=np.int64),
-                   direction=np.tile([1.0, -1.0], 10))  # fmt: skip
-    terms = (term("backlash", None, 0.01),)
-    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=terms)
-    (panel,) = effect_panels(make_dataset(conditions=c, terms=terms), model)
-    assert panel.over.values.tolist() == list(range(20))
-
-
 def test_of_many_effects_the_largest_are_drawn_in_their_order(make_dataset):
     waves = [
         Term(effect=Cyclic(), shape=CyclicShape(7.0 + k, 1, False), amplitudes=(1e-3 * (1 + k % 7), 0.0))
@@ -210,8 +181,3 @@ def test_of_many_effects_the_largest_are_drawn_in_their_order(make_dataset):
     panels = effect_panels(make_dataset(), model)
     assert len(panels) == MOST_PANELS and panels[-1].terms == (back,)
     assert [panel.terms[0].shape.period for panel in panels[:-1]] == [9.0, 10.0, 11.0, 12.0, 13.0]
-
-
-def test_an_effect_without_numbers_is_not_drawn(make_dataset, make_noise):
-    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(Term(effect=Backlash()),))
-    assert components_figure(make_dataset(), model, make_noise()) is None

@@ -5,22 +5,20 @@ from __future__ import annotations
 import io
 import itertools
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from rtec.effects import BuildUpShape, Conditions, Observable, Shape, Units, distance_since_reversal
-from rtec.effects.backlash import Backlash
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.viscous import Viscous
 from rtec.inference.model import Model, Term
-from rtec.inference.results import Cosines, Experiment
+from rtec.inference.results import Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.figures_measured import measured_figure
-from rtec.report.diagnosis.figures_model import cosines_figure, experiment_figure
+from rtec.report.diagnosis.figures_model import experiment_figure
 from rtec.report.diagnosis.figures_residual import residual_panels
 from rtec.report.diagnosis.figures_search import candidates_figure, staircase_figure
 from rtec.report.diagnosis.figures_spectra import spectra_figure
@@ -65,28 +63,18 @@ def test_all_figures_in_their_order_as_svg_and_png(make_diagnosis):
     assert len({figure.png for figure in drawn}) == len(drawn)
 
 
-def test_the_same_numbers_give_the_same_bytes_whatever_the_users_settings(make_comparison):
-    c = make_comparison()
-    first = comparison_figures(c.dataset, c.model, c.noise)
-    with mpl.rc_context({"axes.facecolor": "black", "svg.hashsalt": "other", "font.size": 30.0}):
-        second = comparison_figures(c.dataset, c.model, c.noise)
-    assert [(one.svg, one.png) for one in first] == [(two.svg, two.png) for two in second]
-
-
-def test_a_comparison_has_those_that_need_no_search(make_comparison):
-    c = make_comparison()
-    assert [one.name for one in comparison_figures(c.dataset, c.model, c.noise)] == [
-        "measured",
-        "components",
-        "residual",
-        "spectra",
-    ]
-
-
 def test_a_search_that_found_nothing_is_drawn(make_diagnosis):
     start = make_diagnosis().start
     bare = make_diagnosis(model=start, steps=(), candidates=(), cosines=None)
     assert [one.name for one in diagnosis_figures(bare)] == ["measured", "staircase", "residual", "spectra"]
+
+
+def test_a_hundred_thousand_rows_make_a_picture_of_bounded_size(make_dataset, make_noise):
+    dataset, model = _drive(make_dataset, 100_000)
+    noise = make_noise(sigma=0.5, from_repeats=False)
+    figures = comparison_figures(dataset, model, noise)
+    assert "components" in [figure.name for figure in figures]
+    assert all(len(figure.svg) < 2_500_000 for figure in figures)
 
 
 def _nearly_nothing() -> Conditions:
@@ -133,14 +121,6 @@ def test_a_drives_log_is_drawn_over_time_and_its_friction_over_velocity(make_dat
     assert parts.axes[0].get_title(loc="left") == "coulomb: 20 N\nviscous: 200 N/(m/s)"
 
 
-def test_a_hundred_thousand_rows_make_a_picture_of_bounded_size(make_dataset, make_noise):
-    dataset, model = _drive(make_dataset, 100_000)
-    noise = make_noise(sigma=0.5, from_repeats=False)
-    figures = comparison_figures(dataset, model, noise)
-    assert "components" in [figure.name for figure in figures]
-    assert all(len(figure.svg) < 2_500_000 for figure in figures)
-
-
 def test_the_model_passes_through_the_readings_in_their_unit(make_diagnosis):
     d = make_diagnosis()
     with figure_style():
@@ -152,32 +132,6 @@ def test_the_model_passes_through_the_readings_in_their_unit(make_diagnosis):
     assert x.size > 1000
     dots = lines["measured, forward"].get_ydata()
     assert dots.mean() == pytest.approx(1000 * d.dataset.observed[d.dataset.conditions.direction > 0].mean())
-
-
-def test_readings_of_a_pass_are_joined_where_they_are_few(make_diagnosis, make_dataset, make_noise):
-    d = make_diagnosis()
-    with figure_style():
-        upper = measured_figure(d.dataset, d.model, d.noise).axes[0]
-    thin = [line.get_data() for line in upper.lines if line.get_linewidth() == 0.5]
-    assert len(thin) == 10  # five runs, there and back
-    assert all(x.size == 21 and (np.diff(x) > 0).all() for x, _ in thin)
-    expected = 1e3 * d.dataset.observed
-    assert sorted(np.concatenate([y for _, y in thin])) == pytest.approx(sorted(expected))
-
-
-def test_readings_of_one_place_are_drawn_in_their_order_and_what_is_left_in_its_own_unit(make_dataset, make_noise):
-    c = Conditions(position=np.full(40, 5.0), position_unit="deg", run=np.arange(40),
-                   direction=np.tile([1.0, -1.0], 20))  # fmt: skip
-    terms = (Term(effect=Backlash(), shape=Shape(), amplitudes=(4.0,)),)
-    dataset = make_dataset(conditions=c, terms=terms, units=Units("deg", "deg", "reading"), cell=np.full(40, -1))
-    model = Model(observe="deviation", units=dataset.units, terms=terms)
-    with figure_style():
-        upper, lower = measured_figure(dataset, model, make_noise()).axes
-    lines = {line.get_label(): line.get_data() for line in upper.lines}
-    assert lines["measured, forward"][0].tolist() == list(range(0, 40, 2))
-    assert lines["measured, forward"][1] == pytest.approx(np.full(20, 2.0), abs=0.01)
-    assert upper.get_ylabel() == "deviation (deg)" and lower.get_ylabel() == "measured less\nmodel (arcsec)"
-    assert np.abs(lower.lines[0].get_ydata()) == pytest.approx(np.abs(3600.0 * (dataset.observed[::2] - 2.0)))
 
 
 def test_residual_panels_show_every_column_and_mark_what_lies_beyond(make_diagnosis):
@@ -238,15 +192,6 @@ def test_bars_run_from_what_was_there_to_what_was_promised_and_reached(make_diag
     assert words == ["not added, p 0.2", "not added, p 0.4", "found", "found; like windup"]
 
 
-def test_the_heat_map_frames_ties_and_dots_special_cases():
-    table = np.array([[1.0, -0.999, 0.2], [-0.999, 1.0, 0.97], [0.2, 0.97, 1.0]])
-    with figure_style():
-        axes = cosines_figure(Cosines(names=("windup", "backlash", "backlash_map"), cosine=table)).axes[0]
-    assert [text.get_text() for text in axes.texts] == ["0.999", "0.20", "0.97"]
-    assert [patch.get_linestyle() for patch in axes.patches] == ["-", ":"]
-    assert cosines_figure(None) is None
-
-
 def test_rivals_are_drawn_in_the_shown_unit(make_dataset):
     with figure_style():
         axes = experiment_figure(_experiment(), make_dataset()).axes[0]
@@ -254,15 +199,6 @@ def test_rivals_are_drawn_in_the_shown_unit(make_dataset):
     assert [line.get_label() for line in lines] == ["backlash", "windup"]
     assert lines[0].get_ydata() == pytest.approx(np.full(41, 6.0)) and axes.get_xlabel() == "way (mm)"
     assert experiment_figure(Experiment(text="measure"), make_dataset()) is None
-
-
-def test_hostile_names_are_drawn_as_they_stand(make_diagnosis, make_dataset, make_candidate, make_step):
-    name = "$\\frac{温\x00"
-    dataset = make_dataset(observe=name, unknown=((name, np.arange(210.0)),))
-    diagnosis = make_diagnosis(dataset=dataset, candidates=(make_candidate(name, tied_with=(name,)),),
-                               steps=(make_step(name, 0.001),),
-                               cosines=Cosines(names=(name, "scale"), cosine=np.eye(2)))  # fmt: skip
-    assert [figure.name for figure in diagnosis_figures(diagnosis)] == ALL
 
 
 def _overlapping(figure) -> list[tuple[str, str]]:
@@ -276,17 +212,6 @@ def _overlapping(figure) -> list[tuple[str, str]]:
         boxes = [(text.get_text(), text.get_window_extent(renderer).padded(-1.0)) for text in words]
         found += [(a, b) for (a, one), (b, two) in itertools.combinations(boxes, 2) if one.overlaps(two)]
     return found
-
-
-@pytest.mark.parametrize("count", [4, 9, 16])
-def test_the_words_of_a_long_staircase_do_not_cover_each_other(make_diagnosis, make_step, count):
-    names = ("thermal_growth", "asymmetric_friction", "backlash_map", "acceleration_lag")
-    steps = tuple(
-        make_step(names[k % 4], 0.007 * 0.7**k, rms_heldout=0.007 * 0.7**k * (1.1 - 0.05 * (k % 5)))
-        for k in range(count)
-    )
-    with figure_style():
-        assert _overlapping(staircase_figure(make_diagnosis(steps=steps))) == []
 
 
 def test_the_words_of_spectra_and_bars_do_not_cover_each_other(make_diagnosis):

@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtec.errors import OutputError
 from rtec.inference.results import Experiment, Unknown, Verdict
 from rtec.report.diagnosis import folder as folder_module, verdict_sentence, write_comparison, write_diagnosis
-from rtec.report.illustrations import Illustration
+from rtec.report.drawn import Illustration
 
 HOSTILE = "<script>alert('x')</script> \"&amp; {{ 7 * 7 }} {% raw %} $\\frac{"
 XHTML = "{http://www.w3.org/1999/xhtml}"
@@ -172,23 +171,3 @@ def test_a_comparison_says_where_the_residual_lives(make_comparison, out):
         ["run", "2%", "", "", ""],
     ]
     assert json.loads((out / "result.json").read_text("utf-8"))["rms_heldout"] == pytest.approx(1.6)
-
-
-@pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_nothing_is_left_of_a_page_that_could_not_be_written(make_diagnosis, out, monkeypatch, error):
-    def fail(*_: object, **__: object) -> None:
-        raise error
-
-    (out / "report.html").write_text("older")
-    monkeypatch.setattr("rtec.report.page_folder.html_page", fail)
-    with pytest.raises(OutputError if isinstance(error, OSError) else KeyboardInterrupt):
-        write_diagnosis(make_diagnosis(), out)
-    assert _files(out) == {"report.html"} and (out / "report.html").read_text() == "older"
-    assert len(list(out.iterdir())) == 1
-
-
-@pytest.mark.usefixtures("quick")
-def test_a_folder_that_is_not_there_is_named(make_diagnosis, tmp_path):
-    with pytest.raises(OutputError, match="nowhere: the report cannot be written"):
-        write_diagnosis(make_diagnosis(), tmp_path / "nowhere")

@@ -34,12 +34,6 @@ def test_without_repeats_there_is_no_noise_floor(make_diagnosis, make_noise):
     assert "nothing was repeated, so there is no noise floor" in text and "floor from repeats is" not in text
 
 
-def test_likely_names_and_says_that_there_is_no_floor(make_diagnosis, make_noise):
-    text = verdict_sentence(make_diagnosis(verdict=Verdict.LIKELY, noise=make_noise(from_repeats=False)))
-    assert text.startswith("Backlash and cyclic error most likely explain the deviation")
-    assert "no noise floor" in text
-
-
 def test_tied_names_every_rival_and_what_stands_beside(make_diagnosis):
     text = verdict_sentence(make_diagnosis(verdict=Verdict.TIED))
     assert text.startswith("Either backlash or windup explains the deviation beside cyclic error, and no fit")
@@ -64,12 +58,6 @@ def test_inconclusive_gives_the_smallest_effects_that_would_show(make_diagnosis)
     detectable = (("drift", 0.002), ("backlash", 0.0003), ("windup", float("nan")))
     text = verdict_sentence(make_diagnosis(verdict=Verdict.INCONCLUSIVE, minimum_detectable=detectable))
     assert text.endswith("they would show backlash from 0.300 µm RMS on and drift from 2.00 µm on.")
-
-
-def test_none_and_not_testable(make_diagnosis):
-    assert "nothing repeatable to explain" in verdict_sentence(make_diagnosis(verdict=Verdict.NONE))
-    text = verdict_sentence(make_diagnosis(verdict=Verdict.NOT_TESTABLE))
-    assert "(no velocity or feed column and no scale signal period)" in text
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))

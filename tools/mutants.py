@@ -1,0 +1,126 @@
+"""Print docs/mutants.md: what each mutant of the four designs does wrong, and how `rtec check` finds it.
+
+python -m tools.mutants > docs/mutants.md
+"""
+
+from __future__ import annotations
+
+import inspect
+import statistics
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import rtec.examples.designs as right_ones
+from rtec.conformance.contract import Contract
+from rtec.conformance.hunt import hunt
+from rtec.conformance.python_class import PythonClass
+from rtec.conformance.suite import TRIES, check_algorithm
+from rtec.conformance.trials import Run, Trials
+from rtec.examples import late_mutants, mutants
+from rtec.injector import Design
+from rtec.report.rendering import markdown_page
+
+SEEDS = range(5)
+FILE = Path(mutants.__file__)
+TEMPLATE = Path(__file__).with_name("mutants.md.j2")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What was seen of a mutant."""
+
+    name: str
+    guided: list[int | None]
+    at_random: list[int | None]
+    shortest: str
+
+
+def designs_of(module: ModuleType) -> dict[str, Design]:
+    """Return the design of each mutant in a module by its name."""
+    found = {}
+    for name, kind in vars(module).items():
+        if isinstance(kind, type) and kind.__module__ == module.__name__ and not name.startswith("_"):
+            base = next(b for b in kind.__mro__ if b.__module__ == right_ones.__name__)
+            found[name] = Design.named(base.__name__.lower())
+    return found
+
+
+def hunted(algorithm: PythonClass, contract: Contract, seed: int, at_random: float) -> tuple[Run | None, int]:
+    """Hunt alone, the time to settle measured as the suite does."""
+    trials = Trials(algorithm, contract)
+    trials.measure_settling()
+    return hunt(trials, tries=TRIES, seed=seed, at_random=at_random)
+
+
+def checked(module: ModuleType, name: str, design: Design) -> tuple[str, str, str]:
+    """Hold a mutant to the contract; return a row of the page: its name, what is wrong, and which checks find it."""
+    wrong = (inspect.getdoc(getattr(module, name)) or "").splitlines()[0]
+    with PythonClass(Path(str(module.__file__)), name) as algorithm:
+        verdict = check_algorithm(algorithm, Contract.of(design))
+    return f"`{name}`", wrong, ", ".join(check.name for check in verdict.checks if check.passed is False)
+
+
+def seen(name: str, design: Design) -> Row:
+    """Hunt a mutant."""
+    contract = Contract.of(design)
+    with PythonClass(FILE, name) as algorithm:
+        guided = [hunted(algorithm, contract, seed, 0.1) for seed in SEEDS]
+        at_random = [hunted(algorithm, contract, seed, 1.0) for seed in SEEDS]
+    found = [worst for worst, _ in guided if worst is not None]
+    shortest = min(found, key=lambda run: (len(run.case.stream), len(str(run.case.stream))), default=None)
+    return Row(
+        name=name,
+        guided=[made if worst else None for worst, made in guided],
+        at_random=[made if worst else None for worst, made in at_random],
+        shortest="" if shortest is None else str(shortest.case.stream),
+    )
+
+
+def said(made: list[int | None]) -> str:
+    """Return numbers of runs in a cell."""
+    return ", ".join("none" if one is None else str(one) for one in made)
+
+
+def average(rows: list[list[int | None]]) -> str:
+    """Return median and mean over all hunts, those that found nothing with all their runs."""
+    made = [TRIES if one is None else one for row in rows for one in row]
+    missed = sum(one is None for row in rows for one in row)
+    return f"median {statistics.median(made):g}, mean {statistics.mean(made):.0f} runs, {missed} of {len(made)} miss"
+
+
+def page(rows: list[Row], checks: list[tuple[str, str, str]], late: list[tuple[str, str, str]]) -> str:
+    """Return the page."""
+    return markdown_page(
+        TEMPLATE,
+        tries=TRIES,
+        checks=checks,
+        late=late,
+        hunts=[
+            (
+                f"`{row.name}`",
+                said(row.guided),
+                said(row.at_random),
+                len(row.shortest.split()) - 2,
+                f"`{row.shortest}`",
+            )
+            for row in rows
+        ],
+        guided=average([row.guided for row in rows]),
+        at_random=average([row.at_random for row in rows]),
+    )
+
+
+def main() -> None:
+    """Print the page."""
+    rows = [seen(name, design) for name, design in designs_of(mutants).items()]
+    checks, late = (
+        [checked(module, name, design) for name, design in designs_of(module).items()]
+        for module in (mutants, late_mutants)
+    )
+    sys.stdout.write(page(rows, checks, late))
+
+
+if __name__ == "__main__":
+    main()
