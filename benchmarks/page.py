@@ -99,8 +99,14 @@ completed.
 """,
     ),
     "soak": ("Hours under faults", "Those of the [safety case](safety.md), on two cores.\n"),
-    "start-up": ("Start-up", "The process from start to end, with cached machine code.\n"),
-    "first-run": ("The first run", "With an empty folder for machine code, on one core, measured once.\n"),
+    "start-up": (
+        "Start-up",
+        "With cached machine code. A loop is 20 million additions in Python, timed beside it.\n",
+    ),
+    "first-run": (
+        "The first run",
+        "With an empty folder for machine code, on two cores, measured once, in the same loops.\n",
+    ),
     "check": (
         "A verdict on an insertion algorithm",
         "The process from start to end, on two cores, the building of Verilog included.\n",

@@ -107,6 +107,11 @@ def folder_of(package: Path, file: Path) -> Path:
     return base_folder(package.name) / f"{'.'.join(module.with_suffix('').parts)}-{digest_of(file, root)}"
 
 
+def is_kept(package: Path, file: Path) -> bool:
+    """Return whether machine code of a file's kernels is there."""
+    return next(folder_of(package, file).glob("*.nbi"), None) is not None
+
+
 def make_room(folder: Path) -> None:
     """Make a folder for new machine code, and remove those of the file's other states but for the newest ``KEPT``."""
     if folder.is_dir():

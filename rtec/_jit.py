@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numba.np.numpy_support import from_dtype, map_layout
 
-from firmware_model import _jit as _processor
+from firmware_model import _jit as _processor, _machine_code
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -105,6 +105,12 @@ def guarded(function: Callable[..., Any], arguments: int) -> Any:
             return float(np.nan)
 
     return _processor.compiled(of_three if arguments == 3 else of_four, None)
+
+
+def is_compiled(module: str) -> bool:
+    """Return whether machine code of a module's kernels, such as ``rtec.machine._loop_kernels``, is kept already."""
+    file = PACKAGE.parent.joinpath(*module.split(".")).with_suffix(".py")
+    return bool(config.DISABLE_JIT) or _machine_code.is_kept(PACKAGE, file)
 
 
 def prepared(function: Any, *arguments: object) -> Any:

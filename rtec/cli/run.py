@@ -61,6 +61,7 @@ def run(
     from rtec.report.folder import write_report
     from rtec.report.search import search_figures
     from rtec.study import builtin_study, read_study, run_study
+    from rtec.study.compiling import compile_beside
     from rtec.study.definition import checked_repeatability
 
     what = builtin_study() if study is None else read_study(study)
@@ -73,6 +74,8 @@ def run(
     elif processor is not None:
         raise needs("--processor", "--firmware")
     found: list[Illustration] = []
+    if what.firmware is None:
+        compile_beside()
     with progress(f"study {what.name}") as show:
         result = run_study(
             what,

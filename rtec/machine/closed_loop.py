@@ -321,6 +321,12 @@ def run_machine(
     return replace(result, cycles=board.cpu.cycles + skipped, cycles_skipped=skipped, firmware_fault=board.fault)
 
 
+def compile_end() -> None:
+    """Compile what ends a run; it is needed only once the run is over."""
+    state, records = Machine().state(), fault_records(()).view(np.recarray)
+    prepared(_loop_kernels.come_to_rest, state, None, records)
+
+
 def _slices(machine: Machine, motion: MotionSegments, total_ps: int) -> int:
     """Return into how many parts a run is cut, so that progress shows and it can be broken off in each."""
     if total_ps > LONGEST_RUN_PS:
