@@ -14,7 +14,7 @@ from rtec.link._frame_kernels import AT_HOME, AXIS_BITS, CORRECTIONS_ACCEPTED, f
 from rtec.link._log_formats import Logged
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.link.logs import read_log
-from rtec.link.messages import Kind
+from rtec.link.messages import Kind, MessageSet
 from rtec.link.replay import replay
 from rtec.link.transport import Received, Transport
 from rtec.live.compared import ReplayComparison
@@ -113,7 +113,8 @@ class ReplayRun:
         self.notes: list[str] = []
         """What the user should know before relying on it."""
         # its machine code is loaded before it counts
-        resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {})
+        frame = resealed(Frame(identifier=Kind.REQUEST + 1, data=bytes(PAYLOAD_BYTES)), {})
+        MessageSet.load().decode(frame.identifier, frame.data)
         self._heard: dict[int, Frame] = {}
         self._recent: deque[Received] = deque()
 
