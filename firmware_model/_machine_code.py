@@ -32,8 +32,12 @@ _T = TypeVar("_T")
 KEPT = 4
 """States of a file, beside the present one, whose machine code stays: of other versions and other checkouts."""
 
+_PATIENCE_S = 0.5
+"""Whoever waits for another program longer says so."""
+
 LOG = logging.getLogger("rtec.machine_code")
-"""Tells when a kernel begins to compile (with ``kernel``) and when it is done (with ``seconds``, too)."""
+"""Tells when a kernel begins to compile (with ``kernel``), when it is done (with ``seconds``, too), or when another
+program compiles it (with ``waits``)."""
 
 _IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n(]+)|import\s+([\w.]+))", re.MULTILINE)
 
@@ -116,7 +120,7 @@ def make_room(folder: Path) -> None:
     """Make a folder for new machine code, and remove those of the file's other states but for the newest ``KEPT``."""
     if folder.is_dir():
         return
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)  # another program may be doing the same
 
     def born(other: Path) -> float:
         with suppress(OSError):  # another process has just removed it
@@ -177,6 +181,8 @@ class Keeper:
     def _tried(self, read: Callable[[], _T | None]) -> _T | None:
         try:
             return read()
+        except Warning:  # made an error by the user's filters: the files are good
+            raise
         except Exception:  # what is read from files that were cut off is anything
             for path in self.folder.glob(f"*{self._stem}.*.nb?"):
                 with suppress(OSError):
@@ -187,11 +193,15 @@ class Keeper:
         if self._lock is not None:
             return
         with suppress(OSError, NotImplementedError):  # without a lock two programs may compile at once
-            from filelock import FileLock  # noqa: PLC0415 - only who compiles needs it
+            from filelock import FileLock, Timeout  # noqa: PLC0415 - only who compiles needs it
 
             make_room(self.folder)
             lock = FileLock(self.folder / f"{self._stem}.lock", thread_local=False)
-            lock.acquire()
+            try:
+                lock.acquire(timeout=_PATIENCE_S)
+            except Timeout:
+                LOG.info("waiting for %s", self._name, extra={"kernel": self._name, "waits": True})
+                lock.acquire()
             self._lock = lock
 
     def _end_turn(self) -> None:

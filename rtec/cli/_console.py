@@ -56,6 +56,8 @@ class _Compiling(logging.Handler):
             note(record.getMessage())
         elif what and hasattr(record, "seconds"):
             note(f"compiled {what} in {record.seconds:.0f} s")
+        elif what and hasattr(record, "waits"):
+            note(f"waiting for another program that compiles {what} ...")
         elif what:
             note(f"compiling {what} for this machine, once (about {seconds} s) ...")
 

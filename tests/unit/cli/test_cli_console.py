@@ -49,11 +49,13 @@ def test_what_is_compiled_is_said(monkeypatch, capsys):
     log = logging.getLogger("rtec.machine_code")
     log.info("-", extra={"kernel": "rtec.a"})
     log.info("-", extra={"kernel": "rtec.a", "seconds": 8.6})
+    log.info("-", extra={"kernel": "rtec.a", "waits": True})
     log.info("-", extra={"kernel": "a small one"})
     log.warning("not kept")
     assert capsys.readouterr().err.splitlines() == [
         "rtec: compiling the closed loop for this machine, once (about 10 s) ...",
         "rtec: compiled the closed loop in 9 s",
+        "rtec: waiting for another program that compiles the closed loop ...",
         "rtec: not kept",
     ]
 
