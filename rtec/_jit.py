@@ -89,7 +89,8 @@ def guarded(function: Callable[..., Any], arguments: int) -> Any:
 
     Where it raises it returns no number: called by its address, it would return zero.
     """
-    checked: Any = function if hasattr(function, "py_func") else _processor.compiled(function, None, boundscheck=True)
+    njit: Any = numba.njit  # it says what is no function; its types leave some options out
+    checked: Any = function if hasattr(function, "py_func") else njit(boundscheck=True, error_model="numpy")(function)
 
     # compiled code has no functions of any number of arguments
     def of_three(a: Any, b: Any, c: Any) -> float:

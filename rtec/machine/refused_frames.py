@@ -37,9 +37,10 @@ def why_refused(frame: Frame, axis: int, before: tuple[int, ...], after: tuple[i
 
     Examples
     --------
-    >>> why_refused(Frame(identifier=0x203, data=bytes(8)), 1, (), ())
+    >>> none = (0,) * 8
+    >>> why_refused(Frame(identifier=0x203, data=bytes(8)), 1, none, none)
     'for axis 3'
-    >>> why_refused(Frame(identifier=0x182, data=bytes(8)), 1, (), ()) is None
+    >>> why_refused(Frame(identifier=0x182, data=bytes(8)), 1, none, none) is None
     True
     """
     kind = frame.identifier & ~layout.AXIS_BITS

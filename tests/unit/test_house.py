@@ -13,6 +13,7 @@ MODULES = sorted(path for folder in ("rtec", "firmware_model") for path in (ROOT
 LONG = {
     "firmware_model/core/_execute_kernels.py": "one instruction set is one table",
     "rtec/board/_board_kernels.py": "the circuits share the record of one board",
+    "rtec/examples/late_mutants.py": "one fault a class",
     "rtec/link/simulated.py": "the simulated bus and the ways to take part in it",
     "rtec/machine/closed_loop.py": "a setup of many parts and its results",
     "rtec/study/c_source.py": "the text of a program in C",

@@ -82,7 +82,7 @@ def test_a_good_image_passes(image, said, tmp_path, judged_once):
     assert "exists" in err
     code, out, _ = said(*words[:-2], "--force")  # the picture again
     assert code == 0
-    assert "passed: 24 points hold" in out
+    assert "passed: 28 points hold" in out
     assert "slowest insertion" in out
     assert "Data sheet" in out
 
@@ -197,7 +197,6 @@ def test_build_names_file_and_line(tmp_path, refused):
 
 
 @NEEDS_SDCC
-@pytest.mark.usefixtures("no_speeds")
 def test_the_how_to_page_shows_what_happens(tmp_path, said, monkeypatch):
     page = (Path(__file__).parents[3] / "docs" / "how-to-firmware.md").read_text()
     mistake = re.search(r"```asm\n(.*?)```", page, re.DOTALL)[1]
