@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from children import Child, ChildFailedError, measure, rtec
 from figures import Bar, Figure, Setting, Spread, on_cores, skipped
+from figures_house import additions_s
 
 _HOUR_EDGES = 7_200_000_000
 _JOB = ("simulate", "--design", "c", "--frequency", "500kHz", "--phase-error", "10deg", "--jitter", "5ns")
@@ -54,23 +53,8 @@ def start_up(setting: Setting) -> Iterator[Figure]:
         yield _in_loops(f"`rtec {words[0]}`, warm", children, bar, " ".join(("rtec", *words)))
 
 
-_LOOP = """
-import time
-begun, total = time.process_time(), 0
-for k in range(20_000_000):
-    total += k
-print(time.process_time() - begun)
-"""
-
-
-def _loop_s() -> float:
-    """Return the processor time of 20 million additions in Python, in s: how fast this machine is now."""
-    words = [sys.executable, "-c", _LOOP]
-    return min(float(subprocess.run(words, capture_output=True, check=True).stdout) for _ in range(3))
-
-
 def _in_loops(what: str, children: list[Child], bar: float, command: str) -> Figure:
-    loop_s = _loop_s()
+    loop_s = min(additions_s() for _ in range(3))
     cpu_s, wall_s = (min(getattr(child, name) for child in children) for name in ("cpu_s", "wall_s"))
     return Figure(
         what=what,
