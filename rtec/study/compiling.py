@@ -26,7 +26,8 @@ def compile_beside() -> None:
         return
     script = f"from {__name__} import compile_rest; compile_rest()"
     silent = subprocess.DEVNULL  # what goes wrong in it goes wrong in the study, too, and is said there
-    process = subprocess.Popen([sys.executable, "-c", script], stdin=silent, stdout=silent, stderr=silent)  # noqa: S603 - words of ours
+    words = [sys.executable, "-P", "-c", script]  # -P: what lies in the user's folder is not for import
+    process = subprocess.Popen(words, stdin=silent, stdout=silent, stderr=silent)  # noqa: S603 - words of ours
 
     def end() -> None:
         process.terminate()
