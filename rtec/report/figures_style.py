@@ -28,6 +28,8 @@ WIDTH_INCH = 10.0
 DPI = 150
 MOST_POINTS = 1500
 """Points of a line; a longer one is drawn as the range of each stretch."""
+_MOST_SHAPES = 1000
+"""Dots of a cloud up to which an SVG draws each as a shape; more are pixels, a tenth of the bytes."""
 _NEARLY_EQUAL = 4.0
 _DECADES = 250.0
 """Range up to which a logarithmic axis has room for three labels a decade."""
@@ -132,6 +134,9 @@ def _lay_out(figure: Figure) -> None:
     for axes in figure.axes:
         left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
         axes.set_position((left, bottom, width, height))
+        for line in axes.lines:
+            if line.get_linestyle() == "None" and len(line.get_xydata()) > _MOST_SHAPES:
+                line.set_rasterized(True)
 
 
 def _file_of(figure: Figure, suffix: str) -> bytes:
@@ -142,7 +147,9 @@ def _file_of(figure: Figure, suffix: str) -> bytes:
         ".pdf": {"CreationDate": None, "Producer": None, "Creator": "rtec"},
     }
     made = io.BytesIO()
-    figure.savefig(made, format=suffix[1:], metadata=metadata[suffix], dpi=DPI)
+    # a PNG at the usual level is 4 % smaller and takes three times as long
+    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if suffix == ".png" else {}
+    figure.savefig(made, format=suffix[1:], metadata=metadata[suffix], dpi=DPI, **options)
     return made.getvalue()
 
 
