@@ -27,19 +27,8 @@ def test_window_is_half_open_and_starts_at_the_level_before():
     assert CYCLE.window(20, 20) == EdgeStream([], [], initial=1)
 
 
-def test_shift_moves_the_times_alone():
-    assert CYCLE.shift(-15) == EdgeStream([-5, 5, 15, 25], [1, 3, 2, 0], initial=0)
-
-
 def test_from_states():
     assert EdgeStream.from_states([10, 20, 30, 40], [1, 2, 3, 0], initial_state=0) == CYCLE
-
-
-def test_parts_join_again():
-    pieces = [CYCLE.part(0, 3), CYCLE.part(3, 4)]
-    assert [len(piece) for piece in pieces] == [3, 1]
-    assert pieces[1].initial == 2
-    assert EdgeStream.concatenate(pieces) == CYCLE
 
 
 def test_shortest_separation():
@@ -57,12 +46,6 @@ def test_arrays_are_typed_read_only_and_not_copied():
         stream.times_ps[0] = 0
     with pytest.raises(ValueError, match="read-only"):
         stream.levels[0] = 0
-
-
-def test_equality():
-    assert EdgeStream([1], [1], 0) != EdgeStream([1], [2], 0)
-    assert EdgeStream([1], [1], 0) != EdgeStream([2], [1], 0)
-    assert EdgeStream([1], [1], 0) != "a stream"
 
 
 @pytest.mark.parametrize(
