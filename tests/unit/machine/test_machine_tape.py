@@ -11,7 +11,7 @@ from rtec.board import Microcontroller
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import OpenPath, simulate
 from rtec.machine.stretch import Stretch
-from rtec.machine.tape import _ROOM, Tape, estimated_bytes
+from rtec.machine.tape import _ROOM, estimated_bytes
 from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")
@@ -226,22 +226,6 @@ def test_it_is_not_looked_for_for_ever(monkeypatch):
     simulate(path_of(Design.ORIGINAL), seen=stretch)
     assert (stretch.found, stretch.sated) == (None, True)
     assert stretch.seen_in[1] == 7
-
-
-def test_once_it_is_found_nothing_is_kept_any_more(monkeypatch):
-    shown = []
-
-    class Counted(Stretch):
-        def show(self, rows):
-            shown.append(rows.shape[0])
-            super().show(rows)
-
-    monkeypatch.setitem(simulate.__globals__, "_CHUNK_EDGES", 1_000)
-    stretch = Counted()
-    simulate(path_of(Design.C, cycles=5_000, corrections=100), seen=stretch)
-    assert stretch.found is not None
-    assert len(shown) == 1  # of twenty chunks
-    assert Tape([stretch], (0, 0)).arrays is None
 
 
 def test_the_last_edges_of_a_run_end_the_stretch():
