@@ -49,6 +49,10 @@ def test_the_counter_wraps_and_comes_back(bits, there, direction):
     assert settings.wrapped(top.count) == (-half if direction * there == half else direction * there)
 
 
+def test_a_counter_without_width_never_wraps():
+    assert ReceiverSettings(counter_bits=0).wrapped(10**15) == 10**15
+
+
 def test_the_first_sixty_four_are_kept_and_all_are_counted():
     times = [US * (k + 1) for k in range(200)]
     result = received(ReceiverSettings(), times, [3 * ((k + 1) % 2) for k in range(200)])

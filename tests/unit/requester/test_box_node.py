@@ -148,6 +148,15 @@ def test_the_switch_says_so_where_a_total_of_zero_is_kept_from_it(desk):
     assert (desk.station.view.completed, desk.station.view.status) == (0, Status.OK)
 
 
+@pytest.mark.parametrize(("flags", "ends"), [(ENABLE, "RUNNING"), (GO_HOME, "FATAL"), (0, "FATAL")])
+def test_only_a_request_for_a_total_keeps_the_watch_alive(desk, flags, ends):
+    desk.home()
+    for _ in range(12):
+        desk.ask(flags=flags, wait_ms=10)
+    assert desk.station.view.box_state.name == ends
+    assert ends == "RUNNING" or desk.station.view.status is Status.LINK_LOST
+
+
 # set up differently
 
 SETUP_C = (3 | 10_000 << 4 | 20_000 << 24).to_bytes(6, "little")

@@ -29,6 +29,7 @@ def test_window_is_half_open_and_starts_at_the_level_before():
 
 def test_from_states():
     assert EdgeStream.from_states([10, 20, 30, 40], [1, 2, 3, 0], initial_state=0) == CYCLE
+    assert CYCLE != "a stream"
 
 
 def test_shortest_separation():

@@ -73,6 +73,11 @@ def test_scope_is_opened_again_where_the_order_wants_it():
     assert list(waves.changes) == ["x.p", "y.q", "x.r"]
 
 
+def test_time_line_is_written_once_over_several_calls():
+    data = written([A, STATE], [([5], [0], [1]), ([5], [1], [1]), ([], [], [])], end_ps=5)
+    assert read_vcd(data).times == [0, 5]
+
+
 def test_change_at_the_start_follows_the_initial_values():
     waves = read_vcd(written([A], [([7_000], [0], [1])], end_ps=9_000, start_ps=7_000, timescale="1 ns"))
     assert (waves.start, waves.initial, waves.changes, waves.end) == (7, {"encoder.A": 0}, {"encoder.A": [(7, 1)]}, 9)
