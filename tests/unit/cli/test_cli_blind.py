@@ -217,27 +217,6 @@ def test_an_answer_is_scored(here, said, refused):
     assert "did you mean 'drift'" in refused("guess", "data.csv", "drfit")
 
 
-def test_a_class_gets_different_games_and_each_can_be_played_again(here, said):
-    documents = [json.loads(said("new", "-o", f"{name}.csv", "--json")[1]) for name in "ab"]
-    seeds = [document["seed"] for document in documents]
-    assert seeds[0] != seeds[1]
-    code, out, _ = said("new", "-o", "c.csv", "--seed", str(seeds[0]))
-    assert code == 0
-    assert "Seed" not in out  # it was said by whoever played
-    assert (here / "c.csv").read_text() == (here / "a.csv").read_text()
-    assert "drawn; --seed" in said("new", "-o", "d.csv")[1]
-
-
-def test_a_teacher_chooses_what_is_hidden_and_how_much(here, said):
-    words = ("--hide", "backlash=3 um", "--hide", "cyclic=0.006mm", "--seed", "5")
-    assert said("new", "-o", "data.csv", *words)[0] == 0
-    secret = json.loads(said("reveal", "data.csv", "--json")[1])
-    effects = {effect["name"]: effect["parameters"] for effect in secret["effects"]}
-    assert list(effects) == ["backlash", "cyclic"]
-    assert effects["backlash"] == [{"name": "play", "value": pytest.approx(3.0), "unit": "um"}]
-    assert effects["cyclic"][1] == {"name": "amplitude", "value": pytest.approx(6.0), "unit": "um"}
-
-
 def test_the_answers_of_a_class_are_kept_and_shown(here, said, monkeypatch, answer):
     monkeypatch.setenv("COLUMNS", "80")
     said("new", "-o", "data.csv", "--hide", "backlash=10 um", "--seed", "5")
