@@ -261,12 +261,6 @@ def is_running(process):
         return False
 
 
-def test_its_prints_go_nowhere_near_the_results(algorithm, capfd):
-    (response,) = play(algorithm("print('hello')\nreturn ab, 0, 0"), MOTION)
-    assert response.broken is None
-    assert "hello" not in capfd.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

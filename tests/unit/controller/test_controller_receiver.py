@@ -21,6 +21,15 @@ def turns(states, start_ps=US, apart_ps=US):
     return [start_ps + k * apart_ps for k in range(len(states))], [FORWARD[s % 4] for s in states]
 
 
+@pytest.mark.parametrize(("line", "count"), [(1, 1), (2, -1)])
+def test_a_dip_that_no_tick_sees_is_none(line, count):
+    # ticks of 50 MHz come at 1000, 1020, 1040 ns
+    settings = ReceiverSettings(filter_samples=3)
+    times, levels = [1000 * NS, 1021 * NS, 1025 * NS], [line, 0, line]
+    assert received(settings, times, levels, at_ps=1040 * NS - 1).count == 0
+    assert received(settings, times, levels, at_ps=1040 * NS).count == count
+
+
 def test_far_from_time_zero_the_ticks_of_a_fast_clock_are_exact():
     settings = ReceiverSettings(filter_samples=2, clock_hz=10_000_000_000)
     for base in (-4 * 10**18, 4 * 10**18):

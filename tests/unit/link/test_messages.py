@@ -247,9 +247,6 @@ def test_fields_of_every_message_are_compared(tmp_path):
         (b"hello world", "no DBC"),
         (b"\x00\xff\xfe" * 1000, "a NUL byte"),
         (b'VERSION "' + b"a" * 260_000, "no DBC"),
-        (b'VERSION "' + b'\\"' * 130_000, "no DBC|missing"),
-        (b"a " * 130_000, "no DBC"),
-        (b"BO_ 1 x: 8 PC\n" * 18_000, "no DBC|missing"),
         (b'CM_ "nothing";', "the message Hold is missing"),
         (b"VERSION" + b" " * (1 << 18), "at most 262144 bytes"),
         (changed("Hold: 8", "Hold: 400000000").encode(), "line 9: 400000000 where"),
@@ -258,9 +255,7 @@ def test_fields_of_every_message_are_compared(tmp_path):
         (changed("8|8@1+", "400000000|8@1+").encode(), "line 11: 400000000 where"),
         (changed("8|8@1+", "8|8888888888888888888888888@1+").encode(), "line 11: 88888888888888888888 where"),
         (changed("BO_ 128", "BO_ " + "9" * 5000).encode(), "no DBC"),
-        (changed("BO_ 386", "BO_ 385").encode(), "no DBC|Status_"),
         (TEXT[:3000].encode(), "no DBC|missing|label"),
-        (b'{"messages": []}', "no DBC"),
     ],
 )
 def test_hostile_file_is_one_clear_error_soon(tmp_path, content, words):

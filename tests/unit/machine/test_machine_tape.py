@@ -133,33 +133,6 @@ def test_all_that_is_owed_may_come_before_one_edge(tmp_path, monkeypatch):
     assert len(waves.changes["box.completed"]) == plain.insertions.completed > 700
 
 
-@pytest.mark.one_in(3)
-@pytest.mark.parametrize("design", list(Design))
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"frequency_hz": 500e3},
-        {"frequency_hz": 80e3},
-        {"frequency_hz": 97e3},
-        {"encoder": Encoder(imperfections=Imperfections(phase_error_deg=9.0, duty_error_a=0.01), home_state=2)},
-        {"timing": "8051", "frequency_hz": 5e3},
-        {"timing": "firmware", "frequency_hz": 2.5e3},
-        {"frequency_hz": 10.0, "corrections": 400},
-    ],
-    ids=str,
-)
-def test_times_of_the_file_are_exact(tmp_path, monkeypatch, design, changes):
-    path = path_of(design, **changes)
-    simulate(path, vcd=tmp_path / "coarse.vcd")
-    monkeypatch.setitem(simulate.__globals__["WaveFile"].__init__.__globals__, "timescale_of", lambda path: "1 ps")
-    simulate(path, vcd=tmp_path / "fine.vcd")
-    coarse, fine = (read_vcd((tmp_path / f"{name}.vcd").read_bytes()) for name in ("coarse", "fine"))
-    unit = unit_ps(coarse)
-    assert unit > 1 or changes.get("frequency_hz") == 97e3
-    assert fine.changes == {name: [(t * unit, v) for t, v in rows] for name, rows in coarse.changes.items()}
-    assert 0 <= coarse.end * unit - fine.end < unit
-
-
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("design", list(Design))
 @pytest.mark.parametrize(
