@@ -30,12 +30,30 @@ def make_pc(limit=127, step=1, **settings):
 # ---------------------------------------------------------------------- box
 
 
+@pytest.mark.parametrize("change", [-3, 0, 3])
+def test_a_change_within_the_window_is_accepted(change):
+    box = running_box()
+    answer = box.read(total=change, count=1000)
+    assert (answer.accepted, answer.completed, answer.status) == (change, change, Status.OK)
+
+
 @pytest.mark.parametrize("change", [-4, 4, 508, -127])
 def test_a_larger_one_is_not_carried_out(change):
     box = running_box()
     answer = box.read(total=change, count=1000)
     assert (answer.accepted, answer.completed, answer.status) == (0, 0, Status.I_DONT_BELIEVE_YOU)
     assert box.refused == 1
+
+
+@pytest.mark.parametrize("doubted", [1, 2])
+def test_back_in_range_within_the_next_two_readings_it_is_accepted(doubted):
+    box = running_box()
+    for _ in range(doubted):
+        assert box.read(total=9, count=1000).status is Status.I_DONT_BELIEVE_YOU
+    assert box.read(total=2, count=1000).accepted == 2
+    # and the grace begins anew
+    statuses = [box.read(total=99, count=1000).status for _ in range(3)]
+    assert statuses == [Status.I_DONT_BELIEVE_YOU] * 2 + [Status.I_STILL_DONT_BELIEVE_YOU]
 
 
 def test_otherwise_it_stops_for_good():
@@ -61,6 +79,31 @@ def test_it_slews_by_the_window_as_the_box_follows():
     pc = make_pc()
     asked = [pc.turn(words(accepted), deviation_mm=0.0104) for accepted in (0, 0, 3, 6, 6, 9, 10)]
     assert asked == [3, 3, 6, 9, 9, 10, 10]
+
+
+def test_it_does_not_move_before_its_last_request_was_sampled():
+    pc = make_pc()
+    assert pc.turn(words(0), deviation_mm=0.010) == 3
+    # not sampled yet, and the prediction has turned round
+    assert pc.turn(words(0), deviation_mm=-0.010) == 3
+    assert pc.turn(words(3), deviation_mm=-0.010) == 0
+    # a doubt about a word that a glitch spoilt is no reason either
+    assert pc.turn(words(3, Status.I_DONT_BELIEVE_YOU), deviation_mm=-0.010) == 0
+
+
+def test_the_direction_turns_after_the_hysteresis_and_not_before():
+    pc = make_pc(reversal_mm=0.0205)
+    seen = []
+    for position in (0, 50, 40, 30, 29, 49, 29, 20, 45):
+        pc.turn(words(position=position), deviation_mm=0.0)
+        seen.append(pc.direction)
+    assert seen == [1, 1, 1, 1, -1, -1, -1, -1, 1]
+
+
+def test_rounding_has_a_hysteresis():
+    pc = make_pc(rounding_margin=0.1)
+    asked = [pc.turn(words(k), deviation_mm=um / 1000) for k, um in ((0, 0.55), (0, 0.61), (1, 0.45), (1, 0.39))]
+    assert asked == [0, 1, 1, 0]
 
 
 # --------------------------------------------------------- Data Valid, link
