@@ -45,12 +45,13 @@ def test_a_larger_one_is_not_carried_out(change):
     assert box.refused == 1
 
 
+@pytest.mark.parametrize("back", [0, 2])
 @pytest.mark.parametrize("doubted", [1, 2])
-def test_back_in_range_within_the_next_two_readings_it_is_accepted(doubted):
+def test_back_in_range_within_the_next_two_readings_it_is_accepted(doubted, back):
     box = running_box()
     for _ in range(doubted):
         assert box.read(total=9, count=1000).status is Status.I_DONT_BELIEVE_YOU
-    assert box.read(total=2, count=1000).accepted == 2
+    assert box.read(total=back, count=1000).accepted == back
     # and the grace begins anew
     statuses = [box.read(total=99, count=1000).status for _ in range(3)]
     assert statuses == [Status.I_DONT_BELIEVE_YOU] * 2 + [Status.I_STILL_DONT_BELIEVE_YOU]
