@@ -33,8 +33,9 @@ def make_pc(limit=127, step=1, **settings):
 @pytest.mark.parametrize("change", [-3, 0, 3])
 def test_a_change_within_the_window_is_accepted(change):
     box = running_box()
-    answer = box.read(total=change, count=1000)
+    answer = box.read(total=change, count=1007)
     assert (answer.accepted, answer.completed, answer.status) == (change, change, Status.OK)
+    assert answer.position == 7  # from home
 
 
 @pytest.mark.parametrize("change", [-4, 4, 508, -127])
