@@ -2,7 +2,6 @@
 
 import importlib.util
 import itertools
-import re
 import shutil
 
 import pytest
@@ -47,21 +46,6 @@ def test_check_finds_an_output_that_is_not_of_its_source(build, tmp_path, capsys
     source.write_text(text, encoding="utf-8")
     assert build.main(["--check", str(source)]) == 1
     assert "original.ihx: differs" in capsys.readouterr().err
-
-
-@needs_sdcc
-def test_a_source_with_a_mistake_is_refused_with_its_line(build, tmp_path, capsys):
-    source = tmp_path / "mine.asm"
-    source.write_text("        .area   CODE (ABS)\n        .org    0\n        mvo     a,#1\n", encoding="utf-8")
-    assert build.main([str(source)]) == 2
-    assert re.search(r"mine\.\w+:3: Error", capsys.readouterr().err)
-    assert not source.with_suffix(".ihx").exists()
-
-
-def test_without_sdcc_it_says_what_to_install(build, monkeypatch, capsys):
-    monkeypatch.setenv("PATH", "")
-    assert build.main(["--check"]) == 2
-    assert "apt-get install sdcc" in capsys.readouterr().err
 
 
 def test_a_source_that_is_not_there_is_an_error(build, tmp_path, capsys):
@@ -159,24 +143,6 @@ def test_pins_change_in_the_right_order_and_time(name, direction, total):
         assert after_look - before_edge == 2
         first_cycle_of_change = cycles[0] - 1
         assert first_cycle_of_change - before_edge == FIRST_CHANGE[name]
-
-
-@needs_s51
-def test_the_originals_pulses():
-    """3 us of pulses, each 2 us wide (Yee 1992, "The Original RTEC"), held from 2 us before to 1 us after them.
-
-    The report's 4 us from the look to the first pulse are 6, as there is one more look behind the closed latch.
-    """
-    _, looks, _ = moving("original", 1, quarter=60, edges=30)
-    ((_, cycles, before_edge, _),) = insertions("original", looks)
-    first, second, first_back, second_back = (cycle - 1 for cycle in cycles)
-    assert first - before_edge == 6
-    assert (first_back - first, second_back - second) == (2, 2)
-    assert second_back - first == 3
-    held = [look.cycle - 1 for look in looks if not look.p1 & 0x80]
-    assert first - held[0] == 3
-    released = next(look.cycle - 1 for look in looks if look.cycle > held[-1] + 1)
-    assert released - second_back == 1
 
 
 @pytest.mark.one_in(3)

@@ -1,12 +1,10 @@
 """The images for one-clock processors, held to the rules of the designs on this project's simulator."""
 
-import importlib.util
 import itertools
-import shutil
 
 import numpy as np
 import pytest
-from firmware_bench import GO_HOME, IMAGES, STATES, count_of
+from firmware_bench import GO_HOME, STATES, count_of
 from one_clock_bench import RELEASED, STEP_COUNTS, Box, moving
 
 DESIGNS = ("original", "a", "b", "c")
@@ -224,19 +222,3 @@ def test_design_b_loses_edges_beyond():
 
 
 # assembling
-
-needs_sdcc = pytest.mark.skipif(shutil.which("sdas8051") is None, reason="SDCC (sdas8051, sdld) is not installed")
-
-
-@needs_sdcc
-def test_an_own_image_is_assembled_for_the_processor_that_is_named(tmp_path):
-    spec = importlib.util.spec_from_file_location("firmware_build", IMAGES / "build.py")
-    build = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(build)
-    source = tmp_path / "mine.asm"
-    shutil.copyfile(IMAGES / "c.asm", source)
-    for words, folder in (([], "."), (["--processor", "one_clock_25mhz"], "one_clock_25mhz")):
-        assert build.main([str(source), *words]) == 0
-        assert source.with_suffix(".ihx").read_text() == (IMAGES / folder / "c.ihx").read_text()
-        assert build.main(["--check", str(source), *words]) == 0
-    assert build.main(["--check", str(source)]) == 1

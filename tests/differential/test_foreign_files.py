@@ -7,7 +7,7 @@ from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology import column_choices, read_measurement
 
 
-@pytest.fixture(params=foreign_files.ALL, ids=lambda make: make.__name__)
+@pytest.fixture(params=foreign_files.ALL, ids=lambda make: make().name)
 def foreign(request):
     return request.param()
 

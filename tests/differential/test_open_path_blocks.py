@@ -4,22 +4,18 @@ A run with a tape takes every edge through the step functions one by one; a run 
 where nothing but counting happens to them.
 """
 
-import dataclasses
 import itertools
 
 import numpy as np
 import pytest
-from steady_edges import steady_edges
 
 from rtec.axis import Encoder, Imperfections
-from rtec.axis._ahead_kernels import AHEAD, cross_ahead, shift_lines
 from rtec.axis.encoder import crosses_evenly
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.injector._wave_kernels import COLUMNS
-from rtec.injector.design import BESIDE
-from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels, _quiet_kernels, simulate
+from rtec.machine import OpenPath, _ahead_kernels, _open_kernels as kernels
 from rtec.machine.open_run import move, stop
 
 CYCLES = 601  # 2404 edges: no whole number of blocks
@@ -121,43 +117,6 @@ def test_the_blocks_are_used(design, frequency_hz):
     assert _ahead_kernels.quiet_until(state, soon_ps, 0, 40, 0, 400_000) in (40, 40 - state.injector.in_path)
 
 
-@pytest.mark.parametrize("design", BESIDE)
-def test_insertions_that_no_edge_meets_are_made_at_once(design):
-    path = open_path(design, Processor.FAST, 500e3, 0.0, 0, 1, 0, 3, RealEdges.MERGE)
-    ways = []
-    for make in (_quiet_kernels.insert_quietly, lambda state, t_ps: kernels.run_box_until(state, None, t_ps, None)):
-        state = path.state()
-        move(state, 11, None, None)
-        kernels.ask(state, None, int(state.encoder.last_ps))
-        move(state, 1, None, None)  # into state 1, where every design inserts
-        make(state, int(state.encoder.last_ps) + 450_000)
-        ways.append((int(state.injector.completed), state.injector.tobytes(), state.receiver.tobytes()))
-    assert ways[0] == ways[1]
-    assert ways[0][0] == 1
-
-
-def test_edges_made_ahead_are_those_made_one_by_one():
-    shifts, times = np.empty(AHEAD, np.int64), np.empty(AHEAD, np.int64)
-    made, levels = np.empty(AHEAD + 2, np.int64), np.empty(AHEAD + 2, np.uint8)
-    overtaken = 0
-    for frequency_hz, phase_deg, jitter_ps, direction in itertools.product(
-        (500e3, 499_999.0, 123_456.789), (0.0, 10.0, -85.0), (0, 5_000, 60_000, 900_000), (1, -1)
-    ):
-        path = open_path(Design.C, Processor.FAST, frequency_hz, phase_deg, 0, direction, 0, 3, RealEdges.MERGE)
-        ahead, single = path.state().encoder, path.state().encoder
-        ahead.jitter_ps = single.jitter_ps = jitter_ps  # more than the face allows, too
-        shift_lines(ahead, shifts)
-        for n in (AHEAD, 4, 124, 7):
-            before_ps = int(ahead.last_ps)
-            closest_ps = cross_ahead(ahead, n, shifts, times)
-            assert steady_edges(single, made[: n + 2], levels[: n + 2]) == n
-            assert times[:n].tolist() == made[:n].tolist()
-            assert closest_ps == np.diff(np.concatenate(([before_ps], made[:n]))).min()
-            assert ahead.tobytes() == single.tobytes()
-            overtaken += closest_ps == 1
-    assert overtaken > 0  # else the order of edges was never at stake
-
-
 def test_an_illegal_transition_is_noted_at_its_time_by_the_blocks_too():
     """A change of the box that falls on an edge is an illegal transition, once noted a block of edges too late."""
     timing = Timing(decide_ps=100_000, step_ps=100_000, recover_ps=3_000_000, latency_ps=100_000, gate_margin=None)
@@ -173,10 +132,3 @@ def test_an_illegal_transition_is_noted_at_its_time_by_the_blocks_too():
     stepped, passed = end_state(path, blank_tape(), edges), end_state(path, None, edges)
     assert stepped["receiver.simultaneous"] > 0
     assert stepped == passed
-
-
-def test_the_steps_are_taken_where_they_are_asked_for():
-    path = open_path(Design.C, Processor.FAST, 499_999.0, 10.0, 5_000, 1, 0, 3, RealEdges.MERGE)
-    results = [dataclasses.replace(simulate(path, in_blocks=ways), wall_s=0.0) for ways in (True, False)]
-    assert results[0] == results[1]
-    assert results[0].edges == EDGES

@@ -1,5 +1,6 @@
 """The injector's kernel against an oracle that lives through every picosecond."""
 
+import numba
 import pytest
 from hypothesis import given, settings, strategies as st
 from injector_oracle import BoxOracle, live
@@ -8,7 +9,8 @@ from rtec.injector import Design, Injector, InjectorSettings, RealEdges, Timing
 from rtec.injector.box import PowerLoss
 from rtec.signal import EdgeStream
 
-compiles = settings(deadline=None, max_examples=100)
+# uncompiled (test_signal_path_modes.py) each takes thirty times as long
+compiles = settings(deadline=None, max_examples=25 if numba.config.DISABLE_JIT else 100)
 FIRST, UNTIL = -20, 420
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 TARGETS = (0.0, 100.0, 250.0, 400.0, 500.0)
 RUNS = 3
@@ -78,58 +79,50 @@ def rows(line: Callable[[Reading], str], directions: Iterable[int] = (1, -1)) ->
     return [line(one) for one in readings(directions)]
 
 
+def plain(separator: str) -> Callable[[Reading], str]:
+    """Return what writes run, direction, target in mm and deviation in µm."""
+    return lambda r: separator.join(map(str, (r.run, r.direction, r.target_mm, r.deviation_um)))
+
+
+def listed(
+    name: str, heading: str | tuple[str, ...], line: Callable[[Reading], str], *, end: str = "\n",
+    encoding: str = "utf-8", **more: Any,
+) -> None:  # fmt: skip
+    """Add a layout with a reading a line under its heading, or under several lines of it."""
+    head = [heading] if isinstance(heading, str) else heading
+    ALL.append(lambda: Foreign(name, text([*head, *rows(line)], end).encode(encoding), **more))
+
+
 def by_pass(target: float) -> dict[tuple[int, int], Reading]:
     return {(one.run, one.direction): one for one in readings() if one.target_mm == target}
 
 
-@layout
-def contract() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign("contract.csv", text(["# axis: x", "run,direction,target_mm,deviation_um", *body]).encode())
-
-
-@layout
-def semicolons() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("semicolons.csv", text(["run;direction;target_mm;deviation_um", *body]).encode())
-
-
-@layout
-def tabs() -> Foreign:
-    body = rows(lambda r: f"{r.run}\t{r.direction}\t{r.target_mm}\t{r.deviation_um}")
-    return Foreign("tabs.txt", text(["run\tdirection\ttarget_mm\tdeviation_um", *body]).encode())
-
-
-@layout
-def spaces() -> Foreign:
-    body = rows(lambda r: f"{r.run:3d} {r.direction:3d} {r.target_mm:10.3f} {r.deviation_um:8.2f}")
-    return Foreign("spaces.dat", text(["run dir  target_mm deviation_um", *body]).encode())
-
-
-@layout
-def bars() -> Foreign:
-    body = rows(lambda r: f"{r.run} | {r.direction} | {r.target_mm} | {r.deviation_um}")
-    return Foreign("bars.txt", text(["Run | Dir | Target [mm] | Error [um]", *body]).encode())
-
-
-@layout
-def decimal_comma() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}")
-    return Foreign("komma.csv", text(["Lauf;Richtung;Soll [mm];Abweichung [µm]", *body], "\r\n").encode("latin-1"))
-
-
-@layout
-def decimal_comma_tabs() -> Foreign:
-    body = rows(
-        lambda r: f"{comma(r.target_mm, 3)}\t{comma(r.actual_mm)}\t{'+' if r.direction > 0 else '-'}\t{r.run}"
-    )
-    return Foreign("komma.txt", text(["Sollwert/mm\tIstwert/mm\tRichtung\tLauf", *body]).encode())
-
-
-@layout
-def decimal_comma_quoted() -> Foreign:
-    body = rows(lambda r: f'{r.run},{r.direction},"{comma(r.target_mm, 1)}","{comma(r.deviation_um, 2)}"')
-    return Foreign("quoted.csv", text(["Lauf,Richtung,Soll (mm),Abweichung (um)", *body]).encode())
+listed("contract.csv", ("# axis: x", "run,direction,target_mm,deviation_um"), plain(","))
+listed("semicolons.csv", "run;direction;target_mm;deviation_um", plain(";"))
+listed("tabs.txt", "run\tdirection\ttarget_mm\tdeviation_um", plain("\t"))
+listed(
+    "spaces.dat",
+    "run dir  target_mm deviation_um",
+    lambda r: f"{r.run:3d} {r.direction:3d} {r.target_mm:10.3f} {r.deviation_um:8.2f}",
+)
+listed("bars.txt", "Run | Dir | Target [mm] | Error [um]", plain(" | "))
+listed(
+    "komma.csv",
+    "Lauf;Richtung;Soll [mm];Abweichung [µm]",
+    lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}",
+    end="\r\n",
+    encoding="latin-1",
+)
+listed(
+    "komma.txt",
+    "Sollwert/mm\tIstwert/mm\tRichtung\tLauf",
+    lambda r: f"{comma(r.target_mm, 3)}\t{comma(r.actual_mm)}\t{'+' if r.direction > 0 else '-'}\t{r.run}",
+)
+listed(
+    "quoted.csv",
+    "Lauf,Richtung,Soll (mm),Abweichung (um)",
+    lambda r: f'{r.run},{r.direction},"{comma(r.target_mm, 1)}","{comma(r.deviation_um, 2)}"',
+)
 
 
 @layout
@@ -141,16 +134,16 @@ def thousands_german() -> Foreign:
     return Foreign("tausender.csv", text(["Lauf;Richtung;Soll [µm];Abweichung [µm]", *body]).encode())
 
 
-@layout
-def thousands_swiss() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm * 1000:,.1f};{r.deviation_um}".replace(",", "'"))
-    return Foreign("schweiz.csv", text(["Lauf;Richtung;Soll [µm];Abweichung [µm]", *body]).encode())
-
-
-@layout
-def thousands_english() -> Foreign:
-    body = rows(lambda r: f'{r.run},{r.direction},"{r.target_mm * 1000:,.1f}",{r.deviation_um}')
-    return Foreign("thousands.csv", text(["run,dir,nominal (um),error (um)", *body]).encode())
+listed(
+    "schweiz.csv",
+    "Lauf;Richtung;Soll [µm];Abweichung [µm]",
+    lambda r: f"{r.run};{r.direction};{r.target_mm * 1000:,.1f};{r.deviation_um}".replace(",", "'"),
+)
+listed(
+    "thousands.csv",
+    "run,dir,nominal (um),error (um)",
+    lambda r: f'{r.run},{r.direction},"{r.target_mm * 1000:,.1f}",{r.deviation_um}',
+)
 
 
 @layout
@@ -162,54 +155,43 @@ def three_decimals_or_thousands() -> Foreign:
     return Foreign("offen.csv", lines.encode(), asks="--decimal comma", decimal="comma", expected=tuple(shifted))
 
 
-@layout
-def sep_line() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}")
-    return Foreign("sep.csv", text(["sep=;", "Run;Direction;Target (mm);Error (µm)", *body], "\r\n").encode())
-
-
-@layout
-def exponents() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 1000:.6E},{r.deviation_um / 1e6:.6E}")
-    return Foreign("exponents.csv", text(["run,direction,target_m,deviation_m", *body]).encode())
-
-
-@layout
-def unicode_minus() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}".replace("-", "\u2212"))
-    return Foreign("minus.csv", text(["Run;Direction;Target [mm];Deviation [µm]", *body]).encode())
-
-
-@layout
-def latin_1() -> Foreign:
-    body = rows(lambda r: f"{r.target_mm},{r.deviation_um},{r.direction},{r.run}")
-    return Foreign("latin1.csv", text(["Position [mm],Abweichung (µm),Richtung,Lauf", *body]).encode("latin-1"))
-
-
-@layout
-def utf_8_with_mark() -> Foreign:
-    body = rows(lambda r: f"{r.target_mm};{r.deviation_um};{r.direction};{r.run}")
-    return Foreign("bom.csv", text(["Position [mm];Abweichung (µm);Richtung;Lauf", *body]).encode("utf-8-sig"))
-
-
-@layout
-def utf_16() -> Foreign:
-    body = rows(lambda r: f"{r.target_mm}\t{r.deviation_um}\t{r.direction}\t{r.run}")
-    return Foreign(
-        "unicode.txt", text(["Position [mm]\tAbweichung (µm)\tRichtung\tLauf", *body], "\r\n").encode("utf-16")
-    )
-
-
-@layout
-def utf_16_big_without_mark() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign("big.csv", text(["run,direction,target_mm,deviation_um", *body]).encode("utf-16-be"))
-
-
-@layout
-def old_mac_line_ends() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign("mac.csv", text(["run,direction,target_mm,deviation_um", *body], "\r").encode())
+listed(
+    "sep.csv",
+    ("sep=;", "Run;Direction;Target (mm);Error (µm)"),
+    lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)};{comma(r.deviation_um, 2)}",
+    end="\r\n",
+)
+listed(
+    "exponents.csv",
+    "run,direction,target_m,deviation_m",
+    lambda r: f"{r.run},{r.direction},{r.target_mm / 1000:.6E},{r.deviation_um / 1e6:.6E}",
+)
+listed(
+    "minus.csv",
+    "Run;Direction;Target [mm];Deviation [µm]",
+    lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}".replace("-", "\u2212"),
+)
+listed(
+    "latin1.csv",
+    "Position [mm],Abweichung (µm),Richtung,Lauf",
+    lambda r: f"{r.target_mm},{r.deviation_um},{r.direction},{r.run}",
+    encoding="latin-1",
+)
+listed(
+    "bom.csv",
+    "Position [mm];Abweichung (µm);Richtung;Lauf",
+    lambda r: f"{r.target_mm};{r.deviation_um};{r.direction};{r.run}",
+    encoding="utf-8-sig",
+)
+listed(
+    "unicode.txt",
+    "Position [mm]\tAbweichung (µm)\tRichtung\tLauf",
+    lambda r: f"{r.target_mm}\t{r.deviation_um}\t{r.direction}\t{r.run}",
+    end="\r\n",
+    encoding="utf-16",
+)
+listed("big.csv", "run,direction,target_mm,deviation_um", plain(","), encoding="utf-16-be")
+listed("mac.csv", "run,direction,target_mm,deviation_um", plain(","), end="\r")
 
 
 @layout
@@ -232,16 +214,12 @@ def title_lines_with_separators() -> Foreign:
     return Foreign("padded.csv", text([*head, "Run;Direction;Target [mm];Error [um]", *body]).encode())
 
 
-@layout
-def unit_row() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("units.csv", text(["Run;Direction;Nominal;Deviation", ";;mm;µm", *body]).encode())
-
-
-@layout
-def unit_row_in_brackets() -> Foreign:
-    body = rows(lambda r: f"{r.target_mm}\t{r.actual_mm:.4f}\t{r.direction}\t{r.run}")
-    return Foreign("units.txt", text(["Target\tMeasured\tDir.\tRun", "[mm]\t[mm]\t[-]\t[-]", *body]).encode())
+listed("units.csv", ("Run;Direction;Nominal;Deviation", ";;mm;µm"), plain(";"))
+listed(
+    "units.txt",
+    ("Target\tMeasured\tDir.\tRun", "[mm]\t[mm]\t[-]\t[-]"),
+    lambda r: f"{r.target_mm}\t{r.actual_mm:.4f}\t{r.direction}\t{r.run}",
+)
 
 
 @layout
@@ -253,10 +231,11 @@ def sums_below() -> Foreign:
     )
 
 
-@layout
-def trailing_separators() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um};;")
-    return Foreign("trailing.csv", text(["Run;Direction;Target [mm];Error [um];;", *body]).encode())
+listed(
+    "trailing.csv",
+    "Run;Direction;Target [mm];Error [um];;",
+    lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um};;",
+)
 
 
 @layout
@@ -275,128 +254,77 @@ def line_numbers() -> Foreign:
     return Foreign("numbered.csv", text(["No.;Run;Direction;Target [mm];Error [um]", *body]).encode())
 
 
-@layout
-def english_headings() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.target_mm},{r.actual_mm:.4f},{'forward' if r.direction > 0 else 'reverse'}")
-    return Foreign("english.csv", text(["Cycle,Commanded position (mm),Measured position (mm),dir", *body]).encode())
-
-
-@layout
-def underscores() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign("underscores.csv", text(["run,direction,nominal_mm,deviation_µm", *body]).encode())
-
-
-@layout
-def camel_case() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign("camel.csv", text(["RunNo,ApproachDirection,NominalPos [mm],LinearError [um]", *body]).encode())
-
-
-@layout
-def french() -> Foreign:
-    body = rows(
-        lambda r: (
-            f"{r.run};{'aller' if r.direction > 0 else 'retour'};{comma(r.target_mm, 1)};{comma(r.deviation_um, 1)}"
-        )
-    )
-    return Foreign("francais.csv", text(["Série;Sens;Consigne (mm);Écart (µm)", *body]).encode("latin-1"))
-
-
-@layout
-def unit_after_slash() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("slash.csv", text(["Run;Direction;Position / mm;Deviation / µm", *body]).encode())
-
-
-@layout
-def unit_after_in() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("in.csv", text(["Run;Direction;Position in mm;Error in um", *body]).encode())
-
-
-@layout
-def inches_and_thousandths() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4:.10f}")
-    return Foreign("inch.csv", text(["Run,Direction,Target (in),Error (thou)", *body]).encode())
-
-
-@layout
-def actual_less_target() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("istsoll.csv", text(["Lauf;Richtung;Sollposition [mm];Ist - Soll [µm]", *body]).encode())
-
-
-@layout
-def no_unit_asked() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um}")
-    return Foreign(
-        "nounit.csv",
-        text(["run,direction,nominal,error", *body]).encode(),
-        asks="nominal=target_mm",
-        maps=("nominal=target_mm", "error=deviation_um"),
-    )
-
-
-@layout
-def two_targets_asked() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.target_mm},{r.deviation_um}")
-    return Foreign(
-        "two.csv",
-        text(["run,direction,Nominal [mm],Soll [mm],error [um]", *body]).encode(),
-        asks="Soll [mm]=ignore",
-        maps=("Soll [mm]=ignore",),
-    )
-
-
-@layout
-def units_that_contradict() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign(
-        "contradict.csv",
-        text(["Run;Direction;Target [mm];Error [um]", ";;mm;mm", *body]).encode(),
-        asks="Error [um]=",
-        maps=("Error [um]=deviation_um",),
-    )
-
-
-@layout
-def a_heading_with_two_units() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign(
-        "two_units.csv",
-        text(["Run;Direction;Target [mm];deviation_um [mm]", *body]).encode(),
-        asks="states um and mm",
-        maps=("deviation_um [mm]=deviation_um",),
-    )
-
-
-@layout
-def a_second_error() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},{r.deviation_um / 3:.3f}")
-    return Foreign(
-        "straight.csv", text(["Run,Direction,Target (mm),Error (um),Straightness error (um)", *body]).encode()
-    )
-
-
-@layout
-def statistics_beside() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},1.5,0.2")
-    return Foreign(
-        "stats.csv", text(["Run,Direction,Target (mm),Error (um),Mean error (um),Std (um)", *body]).encode()
-    )
-
-
-@layout
-def signs() -> Foreign:
-    body = rows(lambda r: f"{r.run},{'+' if r.direction > 0 else '-'},{r.target_mm},{r.deviation_um}")
-    return Foreign("signs.csv", text(["run,dir,target_mm,deviation_um", *body]).encode())
-
-
-@layout
-def arrows() -> Foreign:
-    body = rows(lambda r: f"Run {r.run};{'↑' if r.direction > 0 else '↓'};{r.target_mm};{r.deviation_um}")
-    return Foreign("arrows.csv", text(["Run;Approach;Target [mm];Error [µm]", *body]).encode())
+listed(
+    "english.csv",
+    "Cycle,Commanded position (mm),Measured position (mm),dir",
+    lambda r: f"{r.run},{r.target_mm},{r.actual_mm:.4f},{'forward' if r.direction > 0 else 'reverse'}",
+)
+listed("underscores.csv", "run,direction,nominal_mm,deviation_µm", plain(","))
+listed("camel.csv", "RunNo,ApproachDirection,NominalPos [mm],LinearError [um]", plain(","))
+listed(
+    "francais.csv",
+    "Série;Sens;Consigne (mm);Écart (µm)",
+    lambda r: (
+        f"{r.run};{'aller' if r.direction > 0 else 'retour'};{comma(r.target_mm, 1)};{comma(r.deviation_um, 1)}"
+    ),
+    encoding="latin-1",
+)
+listed("slash.csv", "Run;Direction;Position / mm;Deviation / µm", plain(";"))
+listed("in.csv", "Run;Direction;Position in mm;Error in um", plain(";"))
+listed(
+    "inch.csv",
+    "Run,Direction,Target (in),Error (thou)",
+    lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4:.10f}",
+)
+listed("istsoll.csv", "Lauf;Richtung;Sollposition [mm];Ist - Soll [µm]", plain(";"))
+listed(
+    "nounit.csv",
+    "run,direction,nominal,error",
+    plain(","),
+    asks="nominal=target_mm",
+    maps=("nominal=target_mm", "error=deviation_um"),
+)
+listed(
+    "two.csv",
+    "run,direction,Nominal [mm],Soll [mm],error [um]",
+    lambda r: f"{r.run},{r.direction},{r.target_mm},{r.target_mm},{r.deviation_um}",
+    asks="Soll [mm]=ignore",
+    maps=("Soll [mm]=ignore",),
+)
+listed(
+    "contradict.csv",
+    ("Run;Direction;Target [mm];Error [um]", ";;mm;mm"),
+    plain(";"),
+    asks="Error [um]=",
+    maps=("Error [um]=deviation_um",),
+)
+listed(
+    "two_units.csv",
+    "Run;Direction;Target [mm];deviation_um [mm]",
+    plain(";"),
+    asks="states um and mm",
+    maps=("deviation_um [mm]=deviation_um",),
+)
+listed(
+    "straight.csv",
+    "Run,Direction,Target (mm),Error (um),Straightness error (um)",
+    lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},{r.deviation_um / 3:.3f}",
+)
+listed(
+    "stats.csv",
+    "Run,Direction,Target (mm),Error (um),Mean error (um),Std (um)",
+    lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},1.5,0.2",
+)
+listed(
+    "signs.csv",
+    "run,dir,target_mm,deviation_um",
+    lambda r: f"{r.run},{'+' if r.direction > 0 else '-'},{r.target_mm},{r.deviation_um}",
+)
+listed(
+    "arrows.csv",
+    "Run;Approach;Target [mm];Error [µm]",
+    lambda r: f"Run {r.run};{'↑' if r.direction > 0 else '↓'};{r.target_mm};{r.deviation_um}",
+)
 
 
 @layout
@@ -406,24 +334,23 @@ def german_directions() -> Foreign:
     return Foreign("vor.csv", text(["Lauf;Anfahrrichtung;Soll [mm];Abw. [µm]", *body]).encode("latin-1"))
 
 
-@layout
-def directions_told_by_the_motion() -> Foreign:
-    body = rows(lambda r: f"{r.run},{'L' if r.direction > 0 else 'R'},{r.target_mm},{r.deviation_um}")
-    lines = text(["run,Dir,target_mm,deviation_um", *body])
-    return Foreign("lr.csv", lines.encode(), notes=("took 'L' in column 'Dir' for forward",))
-
-
-@layout
-def directions_as_switches() -> Foreign:
-    body = rows(lambda r: f"{r.run};{int(r.direction < 0)};{r.target_mm};{r.deviation_um}")
-    lines = text(["Run;Direction;Target [mm];Error [um]", *body])
-    return Foreign("switch.csv", lines.encode(), notes=("took '0' in column 'Direction' for forward",))
-
-
-@layout
-def drawn_arrows() -> Foreign:
-    body = rows(lambda r: f"{r.run};{'->' if r.direction > 0 else '<-'};{r.target_mm};{r.deviation_um}")
-    return Foreign("drawn.csv", text(["Run;Direction;Target [mm];Error [um]", *body]).encode())
+listed(
+    "lr.csv",
+    "run,Dir,target_mm,deviation_um",
+    lambda r: f"{r.run},{'L' if r.direction > 0 else 'R'},{r.target_mm},{r.deviation_um}",
+    notes=("took 'L' in column 'Dir' for forward",),
+)
+listed(
+    "switch.csv",
+    "Run;Direction;Target [mm];Error [um]",
+    lambda r: f"{r.run};{int(r.direction < 0)};{r.target_mm};{r.deviation_um}",
+    notes=("took '0' in column 'Direction' for forward",),
+)
+listed(
+    "drawn.csv",
+    "Run;Direction;Target [mm];Error [um]",
+    lambda r: f"{r.run};{'->' if r.direction > 0 else '<-'};{r.target_mm};{r.deviation_um}",
+)
 
 
 @layout
@@ -435,10 +362,7 @@ def directions_not_understood() -> Foreign:
     )
 
 
-@layout
-def no_direction() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.target_mm},{r.deviation_um}")
-    return Foreign("nodirection.csv", text(["Run,Position (mm),Error (um)", *body]).encode())
+listed("nodirection.csv", "Run,Position (mm),Error (um)", lambda r: f"{r.run},{r.target_mm},{r.deviation_um}")
 
 
 @layout
@@ -488,10 +412,11 @@ def contract_with_an_empty_cell() -> Foreign:
     return Foreign("hole.csv", lines.encode(), missing=1, notes=("1 of 30 rows",))
 
 
-@layout
-def an_empty_column() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},")
-    return Foreign("notemp.csv", text(["run,direction,target_mm,deviation_um,temperature_degc", *body]).encode())
+listed(
+    "notemp.csv",
+    "run,direction,target_mm,deviation_um,temperature_degc",
+    lambda r: f"{r.run},{r.direction},{r.target_mm},{r.deviation_um},",
+)
 
 
 @layout
@@ -561,16 +486,17 @@ def a_target_a_column() -> Foreign:
     return Foreign("across.csv", text(lines).encode(), notes=("each row for a pass",))
 
 
-@layout
-def units_in_cells() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)} mm;{comma(r.deviation_um, 1)} µm")
-    return Foreign("zellen.csv", text(["Lauf;Richtung;Soll;Abweichung", *body]).encode("latin-1"))
-
-
-@layout
-def units_in_cells_as_in_the_headings() -> Foreign:
-    body = rows(lambda r: f"{r.run}\t{r.direction}\t{r.target_mm / 25.4:.8f}in\t{r.deviation_um}\u00a0µm")
-    return Foreign("cells.txt", text(["Run\tDirection\tTarget [in]\tError [um]", *body]).encode())
+listed(
+    "zellen.csv",
+    "Lauf;Richtung;Soll;Abweichung",
+    lambda r: f"{r.run};{r.direction};{comma(r.target_mm, 1)} mm;{comma(r.deviation_um, 1)} µm",
+    encoding="latin-1",
+)
+listed(
+    "cells.txt",
+    "Run\tDirection\tTarget [in]\tError [um]",
+    lambda r: f"{r.run}\t{r.direction}\t{r.target_mm / 25.4:.8f}in\t{r.deviation_um}\u00a0µm",
+)
 
 
 @layout
@@ -583,26 +509,20 @@ def units_in_cells_of_two_kinds() -> Foreign:
     return Foreign("kinds.csv", lines.encode(), notes=("is in um and mm: all of it was turned into um",))
 
 
-@layout
-def units_in_cells_that_contradict() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um} µm")
-    return Foreign(
-        "cellcontra.csv",
-        text(["Run;Direction;Target [mm];Error [mm]", *body]).encode(),
-        asks="states mm, and a cell of it um",
-        maps=("Error [mm]=deviation_um",),
-    )
-
-
-@layout
-def a_cell_without_its_unit() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm} mm;{r.deviation_um}{' µm' if r.run > 1 else ''}")
-    return Foreign(
-        "bareunit.csv",
-        text(["Run;Direction;Target;Error", *body]).encode(),
-        asks="has no unit; other cells have um",
-        maps=("Error=deviation_um",),
-    )
+listed(
+    "cellcontra.csv",
+    "Run;Direction;Target [mm];Error [mm]",
+    lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um} µm",
+    asks="states mm, and a cell of it um",
+    maps=("Error [mm]=deviation_um",),
+)
+listed(
+    "bareunit.csv",
+    "Run;Direction;Target;Error",
+    lambda r: f"{r.run};{r.direction};{r.target_mm} mm;{r.deviation_um}{' µm' if r.run > 1 else ''}",
+    asks="has no unit; other cells have um",
+    maps=("Error=deviation_um",),
+)
 
 
 @layout
@@ -751,16 +671,12 @@ def thousands_with_points_alone() -> Foreign:
     return Foreign("punkte.csv", lines.encode(), asks="or a point between thousands", decimal="comma")
 
 
-@layout
-def lone_micro_sign() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    return Foreign("micro.csv", text(["Run;Direction;Target [mm];Error [µ]", *body]).encode())
-
-
-@layout
-def microinches() -> Foreign:
-    body = rows(lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4e-3:.6f}")
-    return Foreign("microinch.csv", text(["Run,Direction,Target (in),Error (µin)", *body]).encode())
+listed("micro.csv", "Run;Direction;Target [mm];Error [µ]", plain(";"))
+listed(
+    "microinch.csv",
+    "Run,Direction,Target (in),Error (µin)",
+    lambda r: f"{r.run},{r.direction},{r.target_mm / 25.4:.10f},{r.deviation_um / 25.4e-3:.6f}",
+)
 
 
 @layout
@@ -773,30 +689,23 @@ def grouped_as_in_india() -> Foreign:
     return Foreign("lakh.txt", text(["Run\tDirection\tNominal (um)\tError (um)", *body]).encode())
 
 
-@layout
-def fortran_exponents() -> Foreign:
-    body = rows(
-        lambda r: f"{r.run} {r.direction} {r.target_mm / 1000:.6E} {r.deviation_um / 1e6:.6E}".replace("E", "D")
-    )
-    return Foreign("fortran.dat", text(["run direction target_m deviation_m", *body]).encode())
-
-
-@layout
-def deviation_of_the_other_sign() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}")
-    return Foreign(
-        "sign.csv",
-        text(["Run;Direction;Target [mm];Actual [mm];Error [um]", *body]).encode(),
-        asks="is target less actual",
-        maps=("Error [um]=ignore",),
-    )
-
-
-@layout
-def compensation_values() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}")
-    head = "Run;Direction;Target [mm];Actual [mm];Error compensation [um]"
-    return Foreign("comp.csv", text([head, *body]).encode())
+listed(
+    "fortran.dat",
+    "run direction target_m deviation_m",
+    lambda r: f"{r.run} {r.direction} {r.target_mm / 1000:.6E} {r.deviation_um / 1e6:.6E}".replace("E", "D"),
+)
+listed(
+    "sign.csv",
+    "Run;Direction;Target [mm];Actual [mm];Error [um]",
+    lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}",
+    asks="is target less actual",
+    maps=("Error [um]=ignore",),
+)
+listed(
+    "comp.csv",
+    "Run;Direction;Target [mm];Actual [mm];Error compensation [um]",
+    lambda r: f"{r.run};{r.direction};{r.target_mm};{r.actual_mm:.4f};{-r.deviation_um}",
+)
 
 
 @layout
@@ -838,17 +747,8 @@ def a_table_a_pass_with_dates() -> Foreign:
     return Foreign("passes.csv", text(lines).encode(), notes=("took 6 tables for parts of one test",))
 
 
-@layout
-def runs_called_numbers() -> Foreign:
-    body = rows(lambda r: f"{r.run};{r.direction};{r.target_mm};{r.deviation_um}")
-    lines = text(["Nr.;Direction;Target [mm];Error [um]", *body])
-    return Foreign("nr.csv", lines.encode(), notes=("'Nr.' for the number of the run",))
-
-
-@layout
-def headings_behind_a_hash() -> Foreign:
-    body = rows(lambda r: f"{r.run} {r.direction} {r.target_mm} {r.deviation_um}")
-    return Foreign("savetxt.txt", text(["# run direction target_mm deviation_um", *body]).encode())
+listed("nr.csv", "Nr.;Direction;Target [mm];Error [um]", plain(";"), notes=("'Nr.' for the number of the run",))
+listed("savetxt.txt", "# run direction target_mm deviation_um", plain(" "))
 
 
 @layout

@@ -6,8 +6,6 @@ import sys
 import tomllib
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(path for folder in ("rtec", "firmware_model") for path in (ROOT / folder).rglob("*.py"))
 LONG = {
@@ -70,23 +68,6 @@ def test_a_module_is_named_for_what_it_holds():
     assert not [
         name_of(path) for path in MODULES if path.stem.strip("_") in {"utils", "helpers", "common", "core", "misc"}
     ]
-
-
-@pytest.mark.parametrize(
-    ("comment", "sound"),
-    [
-        ("# noqa: C901 - one table", True),
-        ("# type: ignore[arg-type]  # numba has no types", True),
-        ("# noqa: C901, PLR0912 - one table", True),
-        ("# noqa: C901", False),
-        ("# noqa", False),
-        ("# type: ignore", False),
-        ("# type: ignore[arg-type]", False),
-    ],
-)
-def test_what_a_reason_is(comment, sound):
-    assert excepted(f"x = 1  {comment}") == [comment]
-    assert bool(REASONED.fullmatch(comment)) is sound
 
 
 def test_what_a_check_passes_over_has_its_reason():

@@ -14,7 +14,6 @@ import numba
 import numpy as np
 import pytest
 from numba.core.errors import NumbaExperimentalFeatureWarning
-from numba.core.registry import CPUDispatcher
 
 from firmware_model import _machine_code
 from firmware_model._jit import expect_addresses
@@ -183,34 +182,6 @@ def test_what_kernels_take_in_can_be_called_from_python_before_and_after(kind):
     assert kernel(numbers, 2) == 1 - (1 << 63)
     assert part(numbers, factor=4) == 0
     assert kernel(numbers, 2.0) == 2.0**63 + 1
-
-
-def test_what_kernels_take_in_becomes_machine_code_in_them_only():
-    part = _jit.helper(lambda factor: factor + 2)
-    kernel = numba.njit(lambda factor: part(factor) * 3)
-    assert kernel(4) == 18
-    engine = CPUDispatcher.targetdescr.target_context.codegen()._engine
-    begins = [
-        engine.get_function_address(next(iter(code.overloads.values())).fndesc.mangled_name)
-        for code in (kernel, part)
-    ]
-    assert begins[0] != 0
-    assert begins[1] == 0
-
-
-def test_numbers_written_out_make_no_version_of_their_own():
-    part = _jit.helper(lambda a, b: a + b)
-    kernel = numba.njit(lambda a: part(a, 1) + part(2, a) + part(a, a) + part(3, b=4))
-    assert kernel(10) == 11 + 12 + 20 + 7
-    assert len(part.overloads) == 1
-
-
-def test_a_helper_is_not_merged_because_its_caller_is():
-    inner = _jit.helper(lambda a: a + 1)
-    outer = _jit.step(lambda a: inner(a) * 2)
-    assert numba.njit(lambda a: outer(a) + 1)(3) == 9
-    merged = ["alwaysinline" in str(part.overloads[numba.int64,].library._final_module) for part in (outer, inner)]
-    assert merged == [True, False]
 
 
 def test_what_is_ignored_stays_ignored_while_another_thread_says_so_too():

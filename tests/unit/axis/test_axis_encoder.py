@@ -137,14 +137,6 @@ def test_jitter_is_bounded_triangular_and_independent():
         assert abs((off[lag:] * off[:-lag]).mean()) < 5 / 6 / math.sqrt(n)
 
 
-def test_the_seed_decides_the_jitter():
-    def times(seed):
-        return steady(Encoder(imperfections=Imperfections(jitter_ps=5000), seed=seed), 1e5, 1, 1000)[0]
-
-    assert np.array_equal(times(1), times(1))
-    assert (times(1) != times(2)).mean() > 0.9
-
-
 def test_glitches_come_as_often_as_asked_and_change_no_count():
     flaws = Imperfections(glitch_probability=0.1, glitch_ps=20_000)
     n = 50_000

@@ -45,14 +45,6 @@ def test_any_motion_keeps_its_limits_and_ends_where_its_edges_say(
     )
 
 
-def test_a_ramp_takes_the_way_that_acceleration_needs():
-    # v^2 = 2 a s over half the way, in counts: sqrt(4e8 * 4000) / 4
-    assert motion_of(MotionKind.RAMP, counts=4000, frequency_hz=5e5, corrections=0).top_hz == pytest.approx(
-        316_227.766
-    )
-    assert motion_of(MotionKind.RAMP, counts=40_000, frequency_hz=5e5, corrections=0).top_hz == pytest.approx(5e5)
-
-
 @pytest.mark.parametrize("kind", [MotionKind.REVERSAL, MotionKind.ADVERSARY])
 def test_requests_lie_on_the_grid_and_after_a_rest(kind):
     motion = motion_of(

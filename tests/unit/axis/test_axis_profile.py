@@ -22,40 +22,6 @@ def one_move(target, feed, shape, start=0.0):
     return plan(Program(blocks=(Move(target_mm=target, feed_mm_s=feed),), start_mm=start), LIMITS, shape)
 
 
-# Worked by hand from v = A T and d = v²/A (trapezoid), with A = 100 mm/s², J = 1000 mm/s³:
-#   10 mm at 20 mm/s: ramps of 0.2 s and 2 mm each, 6 mm of cruise
-#   1 mm at 20 mm/s: peak √(100 · 1) = 10 mm/s after 0.1 s
-#   S, 10 mm at 20 mm/s: Tj = 0.1 s, ramp 0.1 + 0.2 s and 20 · 0.3/2 = 3 mm, 4 mm of cruise
-#   S, 3.75 mm at 20 mm/s: peaks at 15 mm/s, ramp 0.1 + 0.15 s, 15 · 0.25 = 3.75 mm
-#   S, 1 mm at 2.5 mm/s: Tj = √(2.5/1000) = 0.05 s, ramp 0.1 s and 0.125 mm, 0.75 mm of cruise
-#   S, 0.25 mm at 20 mm/s: 2 J Tj³ = 0.25 mm with Tj = 0.05 s; so 1.458 mm with 0.09 s, and 2 mm with A/J = 0.1 s
-HAND = [
-    (ProfileShape.TRAPEZOIDAL, 10, 20, [200, 300, 200], 20),
-    (ProfileShape.TRAPEZOIDAL, 1, 20, [100, 100], 10),
-    (ProfileShape.TRAPEZOIDAL, 4, 20, [200, 200], 20),
-    (ProfileShape.JERK_LIMITED, 10, 20, [100, 100, 100, 200, 100, 100, 100], 20),
-    (ProfileShape.JERK_LIMITED, 3.75, 20, [100, 50, 100, 100, 50, 100], 15),
-    (ProfileShape.JERK_LIMITED, 1, 2.5, [50, 50, 300, 50, 50], 2.5),
-    (ProfileShape.JERK_LIMITED, 0.25, 20, [50, 50, 50, 50], 2.5),
-    (ProfileShape.JERK_LIMITED, 1.458, 20, [90, 90, 90, 90], 8.1),
-    (ProfileShape.JERK_LIMITED, 2, 20, [100, 100, 100, 100], 10),
-]
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("case", HAND)
-def test_lengths_and_peak_worked_by_hand(case, sign):
-    shape, distance, feed, lengths_ms, peak = case
-    motion = one_move(7 + sign * distance, feed, shape, start=7)
-    expected = np.array(lengths_ms) * MS
-    long_enough = motion.duration_ps > 10  # ps: a phase of no length may be left with the rounding of its neighbours
-    assert np.abs(motion.duration_ps[long_enough] - expected).max() <= 1
-    middle = motion.total_ps // 2
-    assert motion.position_at(middle) == pytest.approx(7 + sign * distance / 2, abs=1e-9)
-    assert motion.velocity_at(middle) == pytest.approx(sign * peak, rel=1e-9)
-    assert extremes(motion).speed_mm_s == pytest.approx(peak, rel=1e-12)
-
-
 def test_blocks_dwells_and_moves_of_no_length():
     program = Program(
         blocks=(
@@ -88,23 +54,6 @@ def test_program_of_no_length_rests_at_its_start(blocks):
     assert ends_mm(motion).size == 0
     reached = extremes(motion)
     assert (reached.min_mm, reached.max_mm, reached.speed_mm_s) == (3, 3, 0)
-
-
-def test_at_rest_before_and_after():
-    motion = one_move(10, 20, ProfileShape.TRAPEZOIDAL, start=-1)
-    outside = [-(2**63), -1, motion.total_ps, motion.total_ps + 1, 2**63 - 1]
-    assert motion.position_at(outside).tolist() == [-1, -1, 10, 10, 10]
-    assert motion.velocity_at(outside).tolist() == [0] * 5
-    assert motion.acceleration_at(outside).tolist() == [0] * 5
-    assert motion.acceleration_at([0, motion.total_ps - 1]).tolist() == [100, -100]
-
-
-def test_methods_keep_the_shape_of_the_times():
-    motion = one_move(10, 20, ProfileShape.TRAPEZOIDAL)
-    times = np.arange(6, dtype=np.int64).reshape(2, 3) * 100 * MS
-    for method in (motion.position_at, motion.velocity_at, motion.acceleration_at):
-        assert method(times).shape == (2, 3)
-        assert method(5).shape == ()
 
 
 @pytest.mark.parametrize("times", [0.5, [1.0, 2.0], "now", 2**70, np.array([1], dtype=np.uint64)])

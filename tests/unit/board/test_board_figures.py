@@ -1,8 +1,5 @@
 """The report's figures read off the board, and what a reset in the middle of an insertion does."""
 
-import itertools
-
-import numpy as np
 import pytest
 
 from rtec.board import Board, Microcontroller
@@ -13,10 +10,6 @@ US = 1_000_000
 LEVELS = (0, 1, 3, 2)  # A + 2 B in the order of forward motion
 STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
 MCU = Microcontroller.named("8051-12mhz")
-# docs/firmware.md, "Timing of the insertions": from the look to the pin, in cycles of 1 us, and a quarter of one as
-# the look is in S5P2 and the pin follows in S1P1 of the next cycle
-FIRST = {Design.ORIGINAL: 6, Design.A: 8, Design.C: 6}
-CHANGES = {Design.ORIGINAL: 4, Design.A: 4, Design.C: 2}
 
 
 def motion(begin_ps, gap_ps, count, *, direction=1, initial=0, first=0):
@@ -29,45 +22,6 @@ def homed(design, **options):
     board = Board(design, MCU, **options)
     assert board.start_up().name == "OK"
     return board
-
-
-def insertions(board, total, *, gap_ps, phase_ps, direction=1, edges=60):
-    """Each insertion while the axis moves: the edge before it, and its changes with the levels before and after."""
-    board.ask(total)
-    real = motion(board.now_ps, gap_ps, edges, direction=direction, first=phase_ps)
-    out = board.process(real, until_ps=int(real.times_ps[-1]) + gap_ps)
-    own = [k for k in range(len(out)) if int(out.times_ps[k]) not in set(real.times_ps.tolist())]
-    size = CHANGES[board.design]
-    assert len(own) == size * abs(total)
-    assert board.words.completed == total
-    for begin in range(0, len(own), size):
-        at = own[begin : begin + size]
-        times = [int(t) for t in out.times_ps[at]]
-        levels = [int(out.levels[at[0] - 1]), *(int(code) for code in out.levels[at])]
-        edge_ps = max(int(t) for t in real.times_ps if t < times[0])
-        yield edge_ps, times, levels
-
-
-@pytest.mark.parametrize("total", [2, -2])
-@pytest.mark.parametrize("direction", [1, -1])
-@pytest.mark.parametrize("design", list(FIRST))
-def test_an_insertion_follows_its_edge_in_the_documented_time(design, direction, total):
-    delays = []
-    for phase_ps in range(100_000, 2_100_000, 130_000):  # the loop that looks takes 2 us
-        for edge_ps, times, levels in insertions(
-            homed(design), total, gap_ps=60 * US + 7, phase_ps=phase_ps, direction=direction
-        ):
-            assert [b - a for a, b in itertools.pairwise(times)] == [US] * (len(times) - 1)
-            start = LEVELS.index(levels[0])
-            sign = 1 if total > 0 else -1
-            assert levels == [LEVELS[(start + sign * k) % 4] for k in range(len(levels))]
-            if design is Design.ORIGINAL:
-                assert levels[0] == 0
-            delays.append(times[0] - edge_ps)
-    # from the edge to the look up to 2 us pass, from the look to the pin the documented cycles and a quarter
-    first_ps = FIRST[design] * US + US // 4
-    assert first_ps <= min(delays) < first_ps + US // 4
-    assert first_ps + 2 * US - US // 4 < max(delays) <= first_ps + 2 * US
 
 
 def test_the_originals_nine_microseconds():
@@ -96,20 +50,6 @@ def test_the_originals_nine_microseconds():
     single.process(EdgeStream(real.times_ps[before], real.levels[before], initial=0), until_ps=b_down + 3 * US + 1)
     clear_et0 = bytes.fromhex("C2A9")
     assert single.cpu.code[single.cpu.pc :][:2] == clear_et0 or single.cpu.code[single.cpu.pc - 2 :][:2] == clear_et0
-
-
-@pytest.mark.parametrize("phase_ps", range(0, 6_000_000, 370_000))
-def test_design_b_copies_in_its_documented_time(phase_ps):
-    """A look every 6 cycles, the copy 8 cycles after it; 44 us at worst, where other work comes between."""
-    board = homed(Design.B)
-    real = motion(board.now_ps, 97 * US, 300, first=phase_ps)
-    out = board.process(real, until_ps=int(real.times_ps[-1]) + 97 * US)
-    delays = out.times_ps - real.times_ps
-    np.testing.assert_array_equal(out.levels, real.levels)
-    assert 0 <= delays.min() - (8 * US + US // 4) < US
-    assert delays.max() <= 44 * US + US // 4
-    usual = np.median(delays)
-    assert usual <= 8 * US + US // 4 + 6 * US
 
 
 # --- resets

@@ -179,22 +179,3 @@ def hunted(design, chip, *, tries):
 def test_the_programs_stand_the_hunt(design):
     # docs/firmware.md, "A turn before the latch": what they insert in is looked at behind the closed latch
     assert hunted(design, CHIP, tries=700) is None
-
-
-@pytest.mark.parametrize(
-    ("design", "stream"),
-    [
-        (Design.ORIGINAL, "10 500ns:r-1 412us:- 443us:- 473us:- 505us:- 577us:- 577.81us:+ 4.834999987ms:end"),
-        (Design.C, "01 1us:+ 761.6113us:r1 1.072ms:- 1.098ms:+ 1.09981ms:- 5.574999987ms:end"),
-    ],
-)
-def test_a_turn_between_look_and_latch_inserts_nothing(design, stream):
-    # an order chosen before the latch has closed counted the wrong way here (C), or booked nothing (Original)
-    trials = Trials(on_board(design), Contract.of(design, delay_ps=5 * 10**9))
-    judgement = trials.one(Case(title="a turn", stream=Stream.read(stream))).judgement
-    if design is Design.ORIGINAL:  # the axis stays in a state in which it has no insertion
-        assert judgement.violation.fault is Fault.UNFINISHED
-        assert judgement.completed == 0
-    else:
-        assert judgement.violation is None
-        assert judgement.completed == 1

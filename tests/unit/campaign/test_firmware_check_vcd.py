@@ -1,10 +1,7 @@
 """The waveform file of a check holds what the trace holds, read back by hand."""
 
-from itertools import pairwise
-
 import numpy as np
 
-from rtec.campaign.firmware_check_bench import Motion
 from rtec.campaign.firmware_check_results import Trace
 from rtec.injector import Totals
 from rtec.signal import EdgeStream
@@ -60,18 +57,3 @@ def test_lines_and_pins_are_written(tmp_path):
     assert found["box.inserting"] == [(0, 0), (5_000, 1), (6_000, 0)]
     assert found["box.illegal"] == [(0, 0)]
     assert found["check.failed"] == [(0, 0), (6_000, 1)]
-
-
-def test_a_motion_cut_into_pieces_is_the_whole():
-    # 3 kHz: an edge every 83 333.3 ns, no whole number of picoseconds; the first at 10 ns, from 11 on backwards
-    motion = Motion(first_ps=10_000, frequency_hz=3_000.0, direction=-1, level=3)
-    whole = motion.edges(0, 10**9)
-    assert len(whole) == 12
-    assert whole.times_ps[:3].tolist() == [10_000, 83_343_333, 166_676_667]
-    assert whole.levels[:5].tolist() == [1, 0, 2, 3, 1]
-    cuts = [0, 9_999, 10_000, 10_001, 83_343_333, 83_343_334, 500_000_000, 10**9]
-    pieces = [motion.edges(begin, end) for begin, end in pairwise(cuts)]
-    assert np.concatenate([piece.times_ps for piece in pieces]).tolist() == whole.times_ps.tolist()
-    assert np.concatenate([piece.levels for piece in pieces]).tolist() == whole.levels.tolist()
-    for before, after in pairwise(pieces):
-        assert after.initial == before.final

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtec.campaign.safety import detection_of, make_case, ramp_jobs
-from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix, run_trial
+from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix
 from rtec.campaign.safety_monitor import MonitoredCell, Stopper, sinusoidal_table, station_settings
 from rtec.campaign.safety_phases import Phase, new_cell, run_through, twin_of
 from rtec.campaign.safety_variants import VARIANTS, impossible
@@ -23,10 +23,6 @@ from rtec.requester.supervision import SupervisionLimits
 
 MS, S = 10**9, 10**12
 MAIN = (Design.ORIGINAL, Design.A, Design.C)
-
-
-def variant(name):
-    return next(variant for variant in VARIANTS if variant.name == name)
 
 
 def outcome_of(faults, design=Design.C, phase=Phase.CUTTING, supervision=None, spoil=None):
@@ -168,15 +164,6 @@ def new_total_before(phase, design, moment_ps):
     cell = new_cell(phase, design, 1)
     run_through(cell, phase, until_ps=moment_ps)
     return cell.sent_steps(1)
-
-
-def test_the_same_seed_gives_the_same_trial():
-    lost = variant("masquerade, for good, PC to box")
-    trials = []
-    for _ in range(2):
-        twin = twin_of(Phase.CUTTING, Design.A, 2)
-        trials.append(run_trial(lost, twin, Phase.CUTTING, Design.A, 2, twin.moment_ps, 5))
-    assert trials[0] == trials[1]
 
 
 # ------------------------------------------------------------------------- page and figure

@@ -49,18 +49,6 @@ def test_the_table_says_what_happens(capsys, monkeypatch):
     assert again.startswith("play it again: rtec safety --fault 'one line of a pair broken, for 50 ms' --phase")
 
 
-def test_all_phases_fit_80_columns(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    nothing = safety.SafetyCase(matrix=safety_matrix.Matrix(plan=MatrixPlan(), trials=()), ramps=(), soak=None)
-    show(nothing)
-    lines = capsys.readouterr().out.splitlines()
-    heads = next(line for line in lines if line.startswith("fault"))
-    assert heads.split() == ["fault", "start", "rest", "cut", "rapid", "turn", "ins.", "probe", "large"]
-    assert "  by a turn of the counter, PC " in "\n".join(lines)
-    table = lines[: next(n for n, line in enumerate(lines) if line.startswith("Columns:"))]
-    assert max(map(len, table)) <= 80
-
-
 def test_a_fault_in_a_phase_alone_strikes_as_among_the_others(capsys):
     words = ["--seeds", "1", "--design", "c", "--json"]
     everything = json.loads(said(capsys, *words)[1])["rows"]
@@ -70,15 +58,6 @@ def test_a_fault_in_a_phase_alone_strikes_as_among_the_others(capsys):
     assert code == 0
     assert sorted(document["rows"], key=str) == sorted(wanted, key=str)
     assert (document["ramps"], document["reasons"]) == ([], [])
-
-
-def test_the_page_of_a_part_says_how_to_make_it(capsys, tmp_path):
-    page = tmp_path / "part.md"
-    words = ["--seeds", "1", "--design", "c", "--fault", "pc-killed", "--phase", "at-rest"]
-    assert said(capsys, "-o", str(page), *words)[0] == 0
-    text = page.read_text(encoding="utf-8")
-    assert "rtec safety -o part.md --fault pc-killed --phase at-rest --design c --seeds 1" in text
-    assert "All that was tried can." in text
 
 
 def test_the_page_and_its_picture(capsys, tmp_path):

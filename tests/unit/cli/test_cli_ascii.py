@@ -77,15 +77,3 @@ def test_signs_of_the_field_are_spelled():
     env = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, env=env, check=True)
     assert done.stdout == b"3 um +- 1 <= 2 x 4 -> \\u2713\n"
-
-
-def test_tables_keep_their_words_at_60_columns(said, data):
-    for words, wanted in (
-        (["tables", "--design", "c"], ["encoder", "changes", "1 (00)"]),
-        (["effects"], ["thermal_growth", "asymmetric_friction", "needs"]),
-        (["iso230", data], ["repeatability", "forward", "backward"]),
-        (["compare", data], ["noise floor"]),
-    ):
-        code, out, _ = said(*words)
-        assert code == 0
-        assert all(word in out for word in wanted), (words, out)

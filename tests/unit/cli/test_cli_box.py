@@ -164,9 +164,9 @@ def test_two_terminals(child):
     pc.wait_for("BOX_SILENT")
     assert "the line is gone: the box's program has ended or was killed" in pc.said
     assert pc.process.wait(PATIENCE_S) == 1
-    box = child("box", *line)
-    box.wait_for("not homed")
     pc = child("pc", *line)
+    pc.wait_for("waiting up to")  # a box that comes later
+    box = child("box", *line)
     pc.wait_for("every axis is homed and corrected")
     assert pc.end(signal.SIGTERM) == 0
     box.wait_for("a PC on the bus holds the machine")
@@ -205,20 +205,6 @@ def test_the_ways_in_are_those_of_the_interface(monkeypatch, tmp_path, interface
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     bus = BusWords(interface=interface, channel=channel, bitrate=rate)
     assert [line.replace(str(tmp_path / "rtec"), "FAR") for line in bus.ways_in("PC")] == said
-
-
-@pytest.mark.parametrize(
-    ("interface", "channel", "words"),
-    [
-        (None, "two", ["--channel", "two"]),
-        ("socketcan", "can0", ["--interface", "socketcan", "--channel", "can0"]),
-        ("serial", "/dev/ttyS0", ["--interface", "serial", "--channel", "CHANNEL"]),
-    ],
-)
-def test_the_options_of_the_other_side(interface, channel, words):
-    from rtec.cli._live import BusWords
-
-    assert BusWords(interface=interface, channel=channel, bitrate=None).words() == words
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

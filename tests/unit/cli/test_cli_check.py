@@ -71,14 +71,6 @@ def test_a_planted_bug_is_found_drawn_and_played_again_by_the_printed_command(tm
     assert (code, out) == (0, "mine.py:DesignC: passed: every count right\n")
 
 
-@pytest.mark.usefixtures("no_speeds")
-def test_the_same_seed_gives_the_same_verdict(capfd):
-    words = (f"{EXAMPLES / 'mutants.py'}:BTooSoon", "--design", "b", "--tries", "16", "--seed", "3", "--json")
-    first, second = (json.loads(said(capfd, *words)[1]) for _ in range(2))
-    assert first == second
-    assert first["worst_stream"]
-
-
 def test_the_step_of_the_example_is_at_most_fifteen_lines():
     lines = (EXAMPLES / "design_c.py").read_text().split('(0: at the next input)."""\n')[1].splitlines()
     assert len([line for line in lines if line.strip()]) <= 15

@@ -136,9 +136,3 @@ def test_strange_names_in_a_file_do_no_harm(here, said):
     code, out, err = said("odd.csv")
     assert code == 0
     assert "[red]odd[/red]" in out + err
-
-
-def test_a_bare_number_of_counts_is_one(here, said):
-    code, _, err = said("z.csv", "--counts-per-rev", "1e3.5")
-    assert code == 2
-    assert err.startswith("rtec: --counts-per-rev: '1e3.5'")

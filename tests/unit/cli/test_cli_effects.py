@@ -45,20 +45,7 @@ def test_the_document_holds_every_card(said):
     ("name", "parameters"),
     [
         ("backlash", [("backlash", "um")]),
-        (
-            "cyclic",
-            [
-                ("period", "mm"),
-                ("harmonics", ""),
-                ("by_direction", ""),
-                ("step_at", "mm"),
-                ("sin_1", "um"),
-                ("cos_1", "um"),
-            ],
-        ),
         ("pitch_map", [("nodes", "mm"), ("at_...", "um")]),
-        ("drift", [("rate", "um/h")]),
-        ("inertia", [("inertia", "kg")]),
         ("stribeck", [("distance", "mm"), ("carried", ""), ("speed", "mm/s"), ("stribeck", "N")]),
     ],
 )

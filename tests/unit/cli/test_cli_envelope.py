@@ -59,14 +59,6 @@ def test_a_processor_of_ones_own_and_a_table(said, tmp_path):
     assert "<svg" in figure.read_text()
 
 
-def test_lines_passed_on_alone(answer, image):
-    # MOV P1,P3; LJMP 0: a look every 4 cycles of 1 us
-    copy = image(":0600000085B09002000033\n:00000001FF\n")
-    [row] = answer("--design", "b", "--processor", "8051-12mhz", "--image", copy, "--nothing-owed")["rows"]
-    assert 61_500 < row["max_safe_hz"] <= 62_500
-    assert row["gate_hz"] is None
-
-
 def test_plain_gates_merge_an_edge_where_the_axis_turns_within_insertions(said):
     words = ["--design", "c", "--processor", "8051-12mhz", "--motion", "reversal", "--acceleration", "100 MHz/s"]
     code, out, err = said(*words, "--json")

@@ -4,7 +4,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from contextlib import contextmanager
 
 import pytest
@@ -13,34 +12,6 @@ from rtec.cli import main
 
 LONG = ["simulate", "--design", "c", "--frequency", "500kHz", "--corrections", "100", "--cycles", "1000000000"]
 # a shell that starts pytest in the background lets its children ignore the signal
-HEEDING = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)"
-RTEC = [sys.executable, "-c", f"{HEEDING}; from rtec.cli import main; sys.exit(main())"]
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
-@pytest.mark.parametrize(
-    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
-)
-def test_signal_during_a_long_run(tmp_path, number, code, word):
-    pipe = tmp_path / "wave.vcd"
-    os.mkfifo(pipe)
-    process = subprocess.Popen(
-        [*RTEC, *LONG, "--vcd", str(pipe), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    with open(pipe, "rb") as reader:
-        assert reader.read(1 << 20).startswith(b"$version")
-        process.send_signal(number)
-        while reader.read(1 << 20):
-            pass
-    out, err = process.communicate()
-    assert process.returncode == code
-    assert out == ""
-    assert [line for line in err.splitlines() if "compiling" not in line] == [
-        f"rtec: {word}; nothing half-written is left"
-    ]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import json
 import os
-import sys
 import time
 
 import pytest
@@ -43,9 +42,15 @@ def on(channel):
     return ["--interface", "virtual", "--channel", channel]
 
 
-def test_a_table_is_corrected(capsys, box, table):
+@pytest.mark.parametrize(
+    ("name", "text", "unit"),
+    [("z.csv", ERRORS, []), ("z.comp", "-10 -9.988 -9.988\n50 50.012 50.012\n", ["--table-unit", "mm"])],
+)
+def test_a_table_is_corrected(capsys, box, tmp_path, name, text, unit):
+    (tmp_path / name).write_text(text)
     channel, station = box
-    code, report, _ = run_pc(capsys, *on(channel), "--table", str(table), "--duration", "2s")
+    words = [*on(channel), "--table", str(tmp_path / name), *unit, "--duration", "2s"]
+    code, report, _ = run_pc(capsys, *words)
     assert (code, report["ended"]) == (0, "duration")
     # 12 µm are three steps of 4 counts
     assert (report["axes"][0]["requested"], report["axes"][0]["completed"]) == (3, 3)
@@ -111,23 +116,6 @@ def test_no_box_offers_a_line(capsys):
     assert "no box has offered it for 0.4 s; start 'rtec box' in another terminal" in error
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_a_box_that_comes_later_is_waited_for(monkeypatch, capsys):
-    """The line is not there at the first look, and is at the second."""
-    from rtec.cli import _live
-    from rtec.link.pseudo_terminal import Line
-
-    name = f"late-{os.getpid()}"
-    lines = []
-    monkeypatch.setattr(_live.time, "sleep", lambda s: lines.append(Line(name=name)))
-    try:
-        bus = _live.BusWords(interface=None, channel=name, bitrate=None)
-        assert bus.line_of_box(60.0) == lines[0].far
-    finally:
-        lines[0].close()
-    assert f"waiting up to 60 s for a box on the line '{name}'" in capsys.readouterr().err
-
-
 def test_a_pc_for_another_design_is_refused(capsys, box, table):
     code, report, err = run_pc(capsys, *on(box[0]), "--table", str(table), "--design", "c", "--count", "2um")
     assert (code, report["axes"][0]["reason"]) == (1, "SETUP_DIFFERS")
@@ -158,34 +146,6 @@ def test_bad_words_are_refused_in_one_line(capsys, words, said):
     assert main(["pc", "--interface", "virtual", "--channel", "x", *words]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1 and said in lines[0]
-
-
-def test_a_model_of_effects_is_a_predictor(tmp_path):
-    from rtec.cli.pc import _predictors
-
-    file = tmp_path / "m.toml"
-    file.write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\nbacklash = "80 um"\n')
-    predictors, home_mm = _predictors([1, 2], None, None, [file], 0.0, 100.0, False)
-    predictor = predictors[1]
-    assert predictors[2] is predictor
-    assert home_mm == 0.0
-    # half of the backlash either way
-    assert predictor.error_mm([50.0, 50.0], [1, -1]) == pytest.approx([0.04, -0.04]) or predictor.error_mm(
-        [50.0, 50.0], [1, -1]
-    ) == pytest.approx([-0.04, 0.04])
-
-
-def test_a_table_of_linuxcnc(tmp_path):
-    from pathlib import Path
-
-    from rtec.cli.pc import _predictors
-
-    file = Path(tmp_path) / "z.comp"
-    file.write_text("0.0 0.0 -0.001\n10.0 10.002 9.999\n")
-    predictors, home_mm = _predictors([1], file, "mm", [], None, 0.0, False)
-    predictor = predictors[1]
-    assert home_mm == 0.0
-    assert predictor.error_mm([10.0, 10.0], [1, -1]) == pytest.approx([0.002, -0.001])
 
 
 def axis_file(folder, axis, others, name=None):

@@ -2,7 +2,6 @@
 
 import textwrap
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -262,12 +261,6 @@ def is_running(process):
         return False
 
 
-def test_its_prints_go_nowhere_near_the_results(algorithm, capfd):
-    (response,) = play(algorithm("print('hello')\nreturn ab, 0, 0"), MOTION)
-    assert response.broken is None
-    assert "hello" not in capfd.readouterr().out
-
-
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -294,14 +287,6 @@ def test_a_file_that_cannot_be_used_is_an_error_in_one_line(algorithm, text, rea
 def test_no_such_file(tmp_path):
     with pytest.raises(RtecError, match="no such file"):
         PythonClass(tmp_path / "none.py", "X")
-
-
-def test_two_at_once_do_not_disturb_each_other(algorithm):
-    with ThreadPoolExecutor(2) as pool:
-        first, second = pool.map(
-            lambda one: play(one, MOTION), [algorithm("return ab, 0, 0"), algorithm("return ab, 0, 0")]
-        )
-    assert first[0].edges == second[0].edges == Stream.read(MOTION).stimulus().edges
 
 
 def test_closing_ends_the_process(algorithm):

@@ -7,8 +7,6 @@ from hypothesis import given, settings, strategies as st
 from rtec.conformance.contract import Contract
 from rtec.conformance.streams import Stream, can_be, first_that_cannot_be, why_it_cannot_be
 from rtec.errors import ArgumentError, RtecError
-from rtec.injector import Totals
-from rtec.signal import EdgeStream
 from tests.oracles import axis_oracle
 
 CONTRACT = Contract(step_counts=2)
@@ -145,18 +143,3 @@ def test_a_stream_of_many_edges_comes_from_a_file(tmp_path):
             Stream.given(text)
     with pytest.raises(RtecError, match="no regular file"):
         Stream.given(str(tmp_path))
-
-
-def test_kernels_get_arrays_of_one_kind_however_they_were_given():
-    table = np.array([[1_000_000, 1], [2_000_000, 1], [3_000_000, -1]])
-    read = Stream.read("00 1us:+ 2us:+ 3us:- 4us:r1 5us:r2 9us:end")
-    streams = [Stream.of(0, table, table, 9_000_000), read, read.asking((1_000_000, 1), (2_000_000, 2))]
-    assert all(array.flags.c_contiguous for s in streams for array in (s.edges_ps, s.moves, s.requests_ps, s.totals))
-    times_ps, totals = table.T
-    edges, asked = (
-        EdgeStream(times_ps, np.array([[1, 0], [3, 0], [1, 0]], np.uint8)[:, 0], 0),
-        Totals(times_ps, totals),
-    )
-    for array in (edges.times_ps, edges.levels, asked.times_ps, asked.totals):
-        assert array.flags.c_contiguous
-        assert not array.flags.writeable

@@ -4,7 +4,7 @@ import pytest
 
 from rtec.conformance import cases
 from rtec.conformance.built_in import BuiltIn
-from rtec.conformance.contract import STATES, Contract, states_of
+from rtec.conformance.contract import Contract, states_of
 from rtec.conformance.judge import Fault
 from rtec.conformance.streams import Stream, can_be
 from rtec.conformance.trials import Case, Trials
@@ -149,7 +149,3 @@ def test_the_narrowest_is_taken_from_runs_that_are_right_only():
     assert trials.margin.separation_ps is None
     trials.one(Case(title="right", stream=Stream.read("00 1us:+ 1.5us:+ 9us:end")))
     assert trials.margin.separation_ps == 500_000
-
-
-def test_titles_of_states_are_levels():
-    assert [STATES[k] for k in range(4)] == ["00", "10", "11", "01"]

@@ -97,17 +97,6 @@ def test_decimal_adjustment(cy, ac):
         assert tuple(found[a, [0, 2]]) == (total, flags), f"A={a:02X}h CY={cy} AC={ac}"
 
 
-def test_packed_decimal_sums():
-    # what DA A is for: the sum of any two packed decimal numbers, independent of its rule
-    for tens in range(100):
-        found = _sweep(b"\x2f\xd4", psw=0, a=tens // 10 * 16 + tens % 10)
-        for other in range(100):
-            row = found[other // 10 * 16 + other % 10]
-            total = tens + other
-            assert row[0] == total % 100 // 10 * 16 + total % 10
-            assert bool(row[2] & CY) == (total > 99)
-
-
 @pytest.mark.parametrize(
     ("opcode", "expected"),
     [

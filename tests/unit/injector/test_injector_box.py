@@ -8,8 +8,6 @@ from rtec.signal import EdgeStream
 
 US = 1_000_000
 CODE = {"00": 0, "10": 1, "11": 3, "01": 2}
-STEP = {Design.ORIGINAL: 4, Design.A: 4, Design.B: 1, Design.C: 2}
-CHANGES = STEP
 
 
 def box_of(design, *, initial="00", timing=None, **choices):
@@ -19,25 +17,6 @@ def box_of(design, *, initial="00", timing=None, **choices):
 
 def quiet(box, until_us, levels="00"):
     return box.process(EdgeStream([], [], initial=CODE[levels]), until_ps=round(until_us * US))
-
-
-@pytest.mark.parametrize("design", list(Design))
-def test_with_power_back_it_starts_empty_and_takes_its_time(design):
-    timing = Timing(poll_ps=0, decide_ps=4 * US, step_ps=US)
-    box = box_of(design, timing=timing)
-    box.request(1, at_ps=0)
-    quiet(box, 2)
-    box.power(False, at_ps=2 * US)
-    box.request(3, at_ps=3 * US)
-    quiet(box, 5000)
-    box.power(True, at_ps=5000 * US)
-    quiet(box, 5100)
-    assert (box.insertions.requested, box.insertions.completed, box.insertions.inserted) == (0, 0, 0)
-    box.request(1, at_ps=5100 * US)
-    # it cannot know that the axis rests before it has watched it for a millisecond
-    out = quiet(box, 9000)
-    assert out.times_ps[0] == 6004 * US
-    assert len(out) == CHANGES[design]
 
 
 def test_the_face_refuses_what_it_cannot_take():

@@ -7,8 +7,8 @@ import pytest
 from signal_oracle import FORWARD, read_vcd
 
 from rtec.injector import Totals
-from rtec.injector.waves import BoxWaves, rows_of_streams, write_waves
-from rtec.signal import EdgeStream, VcdSignal
+from rtec.injector.waves import rows_of_streams, write_waves
+from rtec.signal import EdgeStream
 
 STATE = {levels: number for number, levels in enumerate(FORWARD, start=1)}
 
@@ -73,19 +73,3 @@ def test_an_insertion_of_one_change_shows_from_what_came_before_it():
         rows = rows_of_streams(encoder, controller, Totals([asked_ps], [1]), Totals([12_000_000], [1]))
         assert rows[rows[:, 5] == 1, 0].tolist()[0] == begun_ps
         assert rows[-1].tolist() == [12_000_000, 1, 3, 1, 1, 0]
-
-
-def test_most_is_held_whatever_its_sign():
-    waves = BoxWaves((0, 0), most_counts=4, most_steps=2)
-    widths = {signal.name: signal.width for signal in waves.signals}
-    assert (widths["enc_count"], widths["requested"]) == (4, 3)
-    rows = np.array([[k, 0, 0, total, 0, 0] for k, total in enumerate((2, -2), start=1)])
-    assert [signed(v, 3) for v in waves.changes(rows)[2].tolist()] == [2, -2]
-
-
-def test_other_signals_stand_beside_them(tmp_path):
-    file = tmp_path / "f.vcd"
-    beside = [(VcdSignal(scope="P1", name="P1_0", initial=1), np.array([3_000]), np.array([0]))]
-    write_waves(file, np.array([[2_000, 1, 0, 0, 0, 0]]), initial=(0, 0), end_ps=1_000, beside=beside)
-    waves = read_vcd(file.read_bytes())
-    assert (waves.changes["P1.P1_0"], waves.changes["encoder.enc_A"], waves.end) == ([(3, 0)], [(2, 1)], 3)

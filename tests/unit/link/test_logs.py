@@ -444,17 +444,6 @@ def test_a_replay_on_a_babbling_bus(tmp_path):
     assert [frame for _, frame in bus.sent] == [frame for frame, _, _ in numbered(10)]
 
 
-def test_a_replay_on_a_live_bus(tmp_path):
-    path = record(tmp_path / "z.blf", numbered(5))
-    with (
-        open_transport(interface="virtual", channel="replay") as one,
-        open_transport(interface="virtual", channel="replay") as other,
-    ):
-        replay(read_log(path), one)
-        got = [other.receive(other.now_ps() + S) for _ in range(5)]
-    assert [received.frame for received in got] == [frame for frame, _, _ in numbered(5)]
-
-
 @pytest.mark.parametrize("speed", [0, -1, float("nan"), "2"])
 def test_a_speed_is_a_positive_number(speed):
     with pytest.raises(ArgumentError, match="speed"):

@@ -38,15 +38,6 @@ def test_a_frame_takes_135_bits(bitrate, frame_ps):
     assert bus.now_ps == other.now_ps() == one.now_ps() == frame_ps  # no later than needed
 
 
-def test_the_lowest_identifier_goes_first_and_each_node_keeps_its_order(bus):
-    a, b, c = (bus.transport() for _ in range(3))
-    a.send(frame(0x300))  # is on the wires before the others want to send
-    b.send(frame(0x200))
-    b.send(frame(0x080))  # behind one of its own
-    a.send(frame(0x181))
-    assert arrivals(c, PS_PER_S) == [(k * FRAME_PS, i) for k, i in enumerate((0x300, 0x181, 0x200, 0x080), start=1)]
-
-
 def test_the_base_format_goes_before_the_extended_of_the_same_first_bits(bus):
     a, b, c, d = (bus.transport() for _ in range(4))
     a.send(frame(0x7FF))
@@ -163,15 +154,6 @@ def test_a_node_that_is_off_neither_sends_nor_hears():
     assert a.traffic.unsent == 1
     a.send(frame(0x203))
     assert [identifier for _, identifier in arrivals(c, 5 * MS)] == [0x203]
-
-
-def test_a_babbling_node_leaves_no_room():
-    bus = SimulatedBus(faults=[Fault(kind=FaultKind.BABBLING_NODE, from_ps=MS, until_ps=5 * MS)])
-    a, b = bus.transport(), bus.transport()
-    assert b.receive(MS) is None
-    a.send(frame())
-    first = b.receive(PS_PER_S)
-    assert 5 * MS < first.arrival_ps <= 5 * MS + 2 * FRAME_PS
 
 
 class Beacon:

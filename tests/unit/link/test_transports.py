@@ -115,15 +115,6 @@ def test_a_burst_arrives_whole_and_in_order(pair, sender, reader):
     assert pair[reader].receive(pair[reader].now_ps() + 5 * MS) is None
 
 
-def test_both_directions_at_once(pair):
-    here, there = numbered(50), numbered(50, first=1000)
-    for one, other in zip(here, there, strict=True):
-        pair[0].send(one)
-        pair[1].send(other)
-    assert taken(pair[1], 50) == here
-    assert taken(pair[0], 50) == there
-
-
 @pytest.mark.parametrize("extended", [False, True])
 def test_every_length_and_format_passes_unchanged(pair, extended):
     data = bytes([*range(250, 256), 0, 0])

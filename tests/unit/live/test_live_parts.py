@@ -122,17 +122,12 @@ def test_waveform_shows_the_box_changing_its_lines():
     runs = [len(set(zip(a, a_out, strict=True))), len(set(zip(b, b_out, strict=True)))]
     assert {len(row) for row in (a, b, a_out, b_out)} == {len(a)}
     assert caption_of(changes) == "the box changed its lines 2 times in 1.0 µs"
+    assert "no change" in caption_of(changes[:2])
     assert runs == [4, 3] or all(run > 2 for run in runs)
     assert a[0] == LOW and a[-1] == HIGH and a_out[-1] == LOW
     # where the box has not touched them, both sides are the same
     first = a.index(HIGH)
     assert a[: first + 1] == a_out[: first + 1]
-
-
-def test_waveform_keeps_to_its_width():
-    changes = [(k * 1000 * US, k & 3, k & 3) for k in range(40)]
-    assert len(waveform_text(changes, most_columns=50)["A"]) <= 50
-    assert "no change" in caption_of(changes)
 
 
 def test_picture_holds_every_axis_and_what_is_typed():

@@ -12,7 +12,6 @@ from rtec.machine.faults import FaultKind
 from rtec.requester.settings import PcState
 from rtec.requester.setup import Setup
 from rtec.requester.status import BoxState, Status
-from rtec.requester.supervision import HoldReason
 
 
 class Stop:
@@ -149,17 +148,6 @@ def test_held_pc_goes_on_saying_so_then_ends(together):
     assert pair.clock.now_ps - begin_ps == pytest.approx(1.0e12, abs=0.1e12)
 
 
-def test_operator_ends_the_pc_and_the_box_knows_why(together):
-    pair = together()
-    pair.run(0.3)
-    stop = Stop()
-    stop.why = "Ctrl-C"
-    ending, _ = pc_run(pair, stop)
-    assert (ending.why, ending.good) == ("Ctrl-C", True)
-    assert pair.pc.nodes[0].view.reason is HoldReason.OPERATOR
-    assert pair.box.stations[0].view.status is Status.HELD
-
-
 def test_nobody_answers(together):
     pair = together()
     pair.box_lives = False
@@ -232,16 +220,6 @@ def test_the_line_of_a_box_that_ends_is_a_silent_box(together):
     ending, events = pc_run(pair, line_of_box=True)
     assert "BOX_SILENT" in ending.text
     assert any("the box's program has ended" in text for _, text in texts(events))
-
-
-def test_predictor_out_of_range(together):
-    from rtec.machine.station import Move
-
-    pair = together(moves=[Move(target_mm=60, speed_mm_s=40)])
-    ending, _ = pc_run(pair)
-    assert "PREDICTOR_OUT_OF_RANGE: the axis has left the range that the predictor knows" in ending.text
-    # the table ends at 50 mm; at 40 mm/s the axis stops within 1.6 mm, after a ramp of 50 ms and its lag
-    assert 50_000 < pair.pc.nodes[0].view.position < 56_000
 
 
 def test_reports_and_views_are_plain(together):

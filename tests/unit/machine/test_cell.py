@@ -11,13 +11,11 @@ from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester.settings import PcState
 from rtec.requester.status import Status
-from rtec.requester.supervision import HoldReason, SupervisionLimits
+from rtec.requester.supervision import HoldReason
+from tests.machines import SLOPE
 
 MS, S = 10**9, 10**12
-SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
-"""20 um a millimetre, five steps of 4 um."""
 
 
 def run(*faults, axes=1, until_ps=4 * S, moves=None, **settings):
@@ -39,18 +37,6 @@ def masquerade(frames, seed):
     )
 
 
-def test_without_a_fault_every_axis_counts_right():
-    cell = run(axes=3)
-    for axis in cell.axes:
-        assert axis.pc_state is PcState.ACTIVE
-        # the controller stands at 2 mm: its counts are the encoder's and the steps, five a millimetre
-        assert axis.view.controller_count == 2000
-        assert axis.view.completed == 10
-        assert axis.view.position == 2000 - 4 * 10
-        assert (axis.off_counts, axis.uninserted_counts) == (0, 0)
-    assert cell.held_ps is None
-
-
 def test_the_third_is_fatal():
     cell = run(masquerade(3, beyond_window(3)))
     axis = cell.axes[0]
@@ -66,19 +52,6 @@ def test_a_total_within_the_window_that_nobody_asked_for_is_noticed():
     cell = run(masquerade(1, seed))
     assert cell.axes[0].pc_reason is HoldReason.COMPLETED_WRONG
     assert cell.held_ps - 3 * S < 25 * MS
-
-
-def test_one_held_axis_holds_all():
-    cell = run(Fault(kind=FaultKind.POWER_LOST, place=2, from_ps=500 * MS), axes=3)
-    assert all(axis.view.held for axis in cell.axes)
-    assert all(axis.view.controller_count < 1100 for axis in cell.axes)
-
-
-def test_a_silent_pc_is_noticed_within_the_watch():
-    cell = run(Fault(kind=FaultKind.PC_KILLED, from_ps=500 * MS))
-    assert cell.axes[0].box_status is Status.LINK_LOST
-    watchdog_ps = SupervisionLimits().watchdog_ps
-    assert watchdog_ps - 10 * MS <= cell.held_ps - 500 * MS <= watchdog_ps + 2 * MS
 
 
 def test_the_probing_mode_corrects_nothing():

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from rtec.axis import Limits
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, Timing
@@ -12,14 +11,13 @@ from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.bench_faults import BenchFaults
 from rtec.machine.cell import Cell
 from rtec.machine.fault_kinds import CABLE, ActivatedBy, FaultCategory
-from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
+from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Trigger
 from rtec.machine.station import Alarm, Move, StationSettings
 from rtec.machine.workbench import bench_of
-from rtec.predictors import UnidirectionalTable
 from rtec.requester.status import Status
+from tests.machines import LIMITS, SLOPE
 
 MS, S = 10**9, 10**12
-SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
 JUMPS = (FaultKind.CLOCK_JUMP_FORWARD, FaultKind.CLOCK_JUMP_BACK)
 
 
@@ -79,21 +77,6 @@ def test_what_it_cannot_be_is_refused(words, said):
         Fault(**words)
 
 
-def test_every_class_is_one_row_and_all_else_follows_from_it():
-    done = [(kind.code, kind.cable) for kind in FaultKind]
-    assert len(set(done)) == len(done)
-    assert all(kind.meaning for kind in FaultKind)
-    on_bus = {kind for kind in FaultKind if kind.place is FaultPlace.BUS}
-    # frames are counted where they are affected; elsewhere the effect itself shows the activation
-    assert {kind for kind in FaultKind if kind.activated_by is ActivatedBy.FRAMES} == on_bus
-    assert {kind.activated_by for kind in FaultKind if kind.category is FaultCategory.ENCODER} == {
-        ActivatedBy.CABLE,
-        ActivatedBy.GLITCHES,
-    }
-    record = fault_records([Fault(kind=FaultKind.GLITCHES, place=1, from_ps=0)])[0]
-    assert (int(record.kind), int(record.activation)) == (FaultKind.GLITCHES.code, ActivatedBy.GLITCHES)
-
-
 def fault_table():
     """Return all classes as a table in Markdown."""
     rows = ["| name | of | what happens | place |", "|---|---|---|---|"]
@@ -133,8 +116,7 @@ def test_a_row_of_ones_own_is_all_that_a_new_fault_needs_in_the_loop(firmware):
         microcontroller=Microcontroller.named("8051-12mhz") if firmware else None,
         faults=[Fault(kind=A_LOW, place=1, from_ps=S, until_ps=2 * S)],
     )
-    limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
-    result = run_machine(machine, straight_pass([4.0], 1.0, limits))
+    result = run_machine(machine, straight_pass([4.0], 1.0, LIMITS))
     assert result.fired[0].times == pytest.approx(-result.audit_counts / 2, abs=2)
     assert -result.audit_counts > 1000
 

@@ -4,25 +4,23 @@ import pytest
 
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.link._bus_kernels import bits_of
 from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, Trigger
 from rtec.machine.station import Move, Station, StationSettings
-from rtec.predictors import UnidirectionalTable
 from rtec.requester.pc_node import PcNode
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import HoldReason, SupervisionLimits
+from tests.machines import SLOPE, box_of
 
 US, MS, S = 10**6, 10**9, 10**12
 MCS51 = Microcontroller.named("8051-12mhz")
-SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
-"""20 um a millimetre."""
 
 
 def settings(design, axis=1, *, firmware=True, **others):
-    box = InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
+    box = box_of(design)
     return StationSettings(axis=axis, injector=box, microcontroller=MCS51 if firmware else None, **others)
 
 

@@ -4,20 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from rtec.axis import Encoder, Imperfections, Limits, Servo
+from rtec.axis import Encoder, Imperfections
 from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design, RealEdges
 from rtec.machine import Ending, Machine, closed_loop, measuring_run, run_machine, straight_pass
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork, UnidirectionalTable
+from tests.machines import LIMITS, box_of
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 LATHE = LatheNetwork()
-
-
-def box(design, real_edges=RealEdges.HOLD):
-    return InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=real_edges)
 
 
 def creeping(design, real_edges):
@@ -25,7 +21,7 @@ def creeping(design, real_edges):
     plan = MeasuringPlan(
         start_mm=25.4, end_mm=50.8, increment_mm=1.27, dwell_s=2, runs=2, feed_mm_s=50 * 25.4 / 60, overshoot_mm=2.54
     )
-    machine = Machine(axis_error=LATHE, model=LATHE, injector=box(design, real_edges))
+    machine = Machine(axis_error=LATHE, model=LATHE, injector=box_of(design, real_edges))
     return run_machine(machine, measuring_run(plan, LIMITS))
 
 
@@ -74,7 +70,7 @@ def test_without_the_policy_it_goes_astray_and_the_audit_says_by_how_much():
 def test_jitter_keeps_the_order_of_events(design, seed):
     """A jitter much longer than an insertion must not carry an edge past the changes of the box."""
     jittery = Encoder(home_state=1, imperfections=Imperfections(jitter_ps=60_000_000), seed=seed)
-    machine = Machine(axis_error=LATHE, model=LATHE, injector=box(design), encoder=jittery)
+    machine = Machine(axis_error=LATHE, model=LATHE, injector=box_of(design), encoder=jittery)
     plan = MeasuringPlan(
         start_mm=25.4, end_mm=76.2, increment_mm=6.35, dwell_s=2, runs=1, feed_mm_s=18 * 25.4 / 60, overshoot_mm=2.54
     )
@@ -89,7 +85,7 @@ def test_an_edge_is_never_earlier_than_what_was_done_before_it(design):
     """So slow that insertions come between the edges, at rest: an edge may be due early, but not before them."""
     late = Encoder(imperfections=Imperfections(jitter_ps=700_000_000), seed=5)
     rising = UnidirectionalTable(positions_mm=[0.0, 5.0], errors_mm=[0.0, 0.5], backlash_mm=0.0)
-    machine = Machine(axis_error=rising, model=rising, injector=box(design), encoder=late)
+    machine = Machine(axis_error=rising, model=rising, injector=box_of(design), encoder=late)
     result = run_machine(machine, straight_pass([3.0, 0.0, 3.0, 0.0], 0.6, LIMITS))
     assert result.insertions.inserted > 100
     assert result.audit
@@ -99,7 +95,7 @@ def test_an_edge_is_never_earlier_than_what_was_done_before_it(design):
 @pytest.mark.parametrize(("design", "held_um"), [(Design.ORIGINAL, 508), (Design.A, 508), (Design.C, 254)])
 def test_what_a_word_cannot_hold_is_pending_and_never_wraps(design, held_um):
     error = UnidirectionalTable(positions_mm=[0.0, 5.0, 10.0], errors_mm=[0.0, 0.0, 0.6], backlash_mm=0.0)
-    machine = Machine(axis_error=error, model=error, injector=box(design))
+    machine = Machine(axis_error=error, model=error, injector=box_of(design))
     result = run_machine(machine, straight_pass([10.0], 10.0, LIMITS, dwell_s=4.0))
     step = design.step_counts
     # at the end the axis stands where encoder and controller differ by what was inserted
@@ -112,7 +108,7 @@ def test_what_a_word_cannot_hold_is_pending_and_never_wraps(design, held_um):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_two_bytes_of_design_b_hold_it(sign):
     table = UnidirectionalTable(positions_mm=[0.0, 5.0, 10.0], errors_mm=[0.0, 0.0, sign * 0.6], backlash_mm=0.0)
-    machine = Machine(axis_error=table, model=table, injector=box(Design.B))
+    machine = Machine(axis_error=table, model=table, injector=box_of(Design.B))
     result = run_machine(machine, straight_pass([10.0], 10.0, LIMITS, dwell_s=6.0))
     assert result.beyond_word_steps == result.pending_steps == 0
     # at the end x + e(x) = 10 mm: with e = 0.12 (x - 5) at x = 5 + 5 / 1.12, or beyond the table
@@ -123,7 +119,7 @@ def test_two_bytes_of_design_b_hold_it(sign):
 def test_coarser_decoders_only_without_a_box():
     coarse = ReceiverSettings(multiplication=Multiplication.X1)
     with pytest.raises(ArgumentError, match=r"multiplication: 1.*x4"):
-        run_machine(Machine(injector=box(Design.B), receiver=coarse), straight_pass([1.0], 10.0, LIMITS))
+        run_machine(Machine(injector=box_of(Design.B), receiver=coarse), straight_pass([1.0], 10.0, LIMITS))
 
 
 @pytest.mark.one_in(7)
@@ -147,7 +143,7 @@ def test_runs_beyond_the_kernels_time_are_refused():
 
 def test_a_dwell_of_days_costs_next_to_nothing():
     motion = straight_pass([1.0, 0.0], 10.0, LIMITS, dwell_s=86_400.0)
-    machine = Machine(axis_error=LATHE, model=LATHE, injector=box(Design.C))
+    machine = Machine(axis_error=LATHE, model=LATHE, injector=box_of(Design.C))
     result = run_machine(machine, motion)
     assert result.audit
     assert result.ticks > 170_000_000
@@ -161,26 +157,10 @@ def test_more_edges_than_anyone_waits_for_are_refused():
         run_machine(fine, straight_pass([900.0], 100.0, LIMITS))
 
 
-def test_long_runs_are_cut_into_parts_by_their_work():
-    def parts(machine, motion):
-        shares = []
-        run_machine(machine, motion, progress=shares.append)
-        return shares
-
-    short = parts(Machine(), straight_pass([1.0], 10.0, LIMITS))
-    assert len(short) == 100
-    assert short == sorted(short)
-    assert short[-1] == 1.0
-    fast = Machine(encoder=Encoder(count_mm=1e-5), servo=Servo(max_speed_mm_s=1000.0))
-    motion = straight_pass([1.0], 10.0, LIMITS, dwell_s=60.0)
-    # 61 s at up to 1e8 edges a second, 2e7 of them a part
-    assert len(parts(fast, motion)) == pytest.approx(5 * 61.6, abs=6)
-
-
 @pytest.mark.parametrize("slices", [1, 7, 5_000])
 def test_parts_do_not_change_the_result(monkeypatch, slices):
     motion = straight_pass([30.0, 27.0], 20.0, LIMITS, dwell_s=1.0)
-    machine = Machine(axis_error=LATHE, model=LATHE, injector=box(Design.C))
+    machine = Machine(axis_error=LATHE, model=LATHE, injector=box_of(Design.C))
     plain = run_machine(machine, motion)
     monkeypatch.setattr(closed_loop, "_slices", lambda *_: slices)
     other = run_machine(machine, motion)

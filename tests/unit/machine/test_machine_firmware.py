@@ -2,20 +2,18 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from rtec.axis import Limits
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.closed_loop import Ending
 from rtec.predictors import BidirectionalTable
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
+from tests.machines import LIMITS, box_of
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 # 0.2 mm over 40 mm of travel, and 30 um of play
 ERROR = BidirectionalTable(
     forward_positions_mm=[-1.0, 41.0],
@@ -27,7 +25,7 @@ TWELVE_MHZ = Microcontroller.named("8051-12mhz")
 
 
 def machine(design, microcontroller=TWELVE_MHZ, **changes):
-    box = InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
+    box = box_of(design)
     return Machine(axis_error=ERROR, model=ERROR, injector=box, microcontroller=microcontroller, **changes)
 
 
@@ -71,13 +69,6 @@ def test_other_processors_do_the_same(name):
     assert result.insertions.completed != 0
 
 
-def test_the_switch_forbids_corrections_and_the_box_says_so():
-    result = run_machine(machine(Design.C, switch_on=False), motion())
-    assert result.status is Status.DISABLED
-    assert result.insertions.inserted == 0
-    assert result.audit
-
-
 def test_the_pc_meets_data_valid_low_now_and_then():
     result = run_machine(machine(Design.ORIGINAL), motion())
     # the words change for some 40 cycles of each 1000
@@ -88,10 +79,3 @@ def test_the_pc_meets_data_valid_low_now_and_then():
 def test_windows_other_than_the_firmwares_are_refused(other):
     with pytest.raises(ArgumentError, match=r"rtec\.inc"):
         machine(Design.C, handshake=replace(HandshakeSettings(), **other))
-
-
-def test_without_the_latch_the_lines_merge():
-    box = InjectorSettings(design=Design.A, timing=Timing.of(Design.A, Processor.MCS51), real_edges=RealEdges.MERGE)
-    result = run_machine(replace(machine(Design.A), injector=box), motion())
-    assert result.insertions.inserted > 0
-    assert np.isfinite(result.simulated_s)

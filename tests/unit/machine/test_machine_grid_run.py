@@ -123,18 +123,3 @@ def test_what_does_not_fit_is_refused():
         measure_grid(stations(), MACHINE, [(0.0, 0.0)])
     with pytest.raises(ArgumentError, match="runs"):
         measure_grid(stations(), MACHINE, [(0.0, 0.0, 0.0)], runs=0)
-
-
-def test_a_place_visited_twice_in_a_row_is_read_twice():
-    found = measured([(3.0, 4.0, 5.0), (3.0, 4.0, 5.0), (2.0, 4.0, 5.0)], 3, runs=2)
-    assert found.run.tolist() == [1, 1, 1, 2, 2, 2]
-    assert found.direction[:, 0].tolist() == [1, 1, -1, 1, 1, -1]
-    assert found.direction[:, 1].tolist() == [1] * 6
-    assert found.deviation_mm[0].tolist() != found.deviation_mm[1].tolist()  # another reading of the same rest
-    assert np.abs(found.deviation_mm[0] - found.deviation_mm[1]).max() < 6.0 * REPEATABILITY_MM
-
-
-def test_a_machine_that_is_held_gives_the_readings_before():
-    found = measured([(3.0, 4.0, 5.0), (3.0, 12.0, 5.0)], 3, predictor=[leaning(-5.0, 6.0), NoError(), NoError()])
-    assert found.held
-    assert found.target_mm.tolist() == [[3.0, 4.0, 5.0]]

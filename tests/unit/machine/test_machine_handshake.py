@@ -1,49 +1,20 @@
 """PC and box inside the loop: start-up, doubts, the switch, Data Valid and latency."""
 
-from rtec.axis import Encoder, Limits, Servo
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import Ending, Machine, closed_loop, run_machine, straight_pass
+from rtec.axis import Encoder, Servo
+from rtec.injector import Design
+from rtec.machine import Machine, closed_loop, run_machine, straight_pass
 from rtec.predictors import LatheNetwork, UnidirectionalTable
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
+from tests.machines import LIMITS, box_of
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 LATHE = LatheNetwork()
 THERE_AND_BACK = straight_pass([30.0, 26.0], 20.0, LIMITS, dwell_s=1.5)
 
 
 def machine(design=Design.B, **parts):
-    box = InjectorSettings(
-        design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD
-    )  # fmt: skip
+    box = box_of(design)
     return Machine(**{"axis_error": LATHE, "model": LATHE, "injector": box, "encoder": Encoder(home_state=1)} | parts)
-
-
-def test_a_box_that_believes_less_than_the_pc_holds_the_machine(monkeypatch):
-    fill = HandshakeSettings.fill_box
-
-    def narrow(self, box, *, switch_on=True):
-        fill(self, box, switch_on=switch_on)
-        box.window = 1
-
-    monkeypatch.setattr(HandshakeSettings, "fill_box", narrow)
-    result = run_machine(machine(), THERE_AND_BACK)
-    assert result.ending is Ending.HELD
-    assert result.status is Status.I_STILL_DONT_BELIEVE_YOU
-    assert result.refused == 3
-    assert result.insertions.inserted == 0
-    assert result.simulated_s < 0.1
-    assert result.audit
-
-
-def test_the_switch_forbids_corrections():
-    result = run_machine(machine(switch_on=False), THERE_AND_BACK)
-    assert result.ending is Ending.FINISHED
-    assert result.status is Status.DISABLED
-    assert result.insertions.inserted == 0
-    assert result.pending_steps == result.wanted_steps > 80
-    assert result.audit
-    assert result.controller_counts == result.encoder_counts
 
 
 def test_the_switch_says_nothing_where_nothing_is_wanted():

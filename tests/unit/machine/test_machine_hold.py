@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from rtec.axis import Dwell, Encoder, Limits, Program, Servo, plan
+from rtec.axis import Dwell, Encoder, Program, Servo, plan
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.machine import TRACE_COLUMNS, Growth, Machine, Thermometer, run_machine
 from rtec.predictors import growth
+from tests.machines import LIMITS, box_of
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 GROWTH_MM = 0.010
 COUNT_MM = 0.001
 COMMAND, TRUE, COMPLETED = (TRACE_COLUMNS.index(name) for name in ("command_mm", "true_mm", "completed"))
@@ -17,9 +17,7 @@ COMMAND, TRUE, COMPLETED = (TRACE_COLUMNS.index(name) for name in ("command_mm",
 
 def held(design, state, *, final_mm=GROWTH_MM, servo=None):
     """Return the result of holding an axis in ``state``, and its deviation at the ticks of the last second."""
-    box = InjectorSettings(
-        design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD
-    )  # fmt: skip
+    box = box_of(design)
     machine = Machine(
         injector=box,
         encoder=Encoder(count_mm=COUNT_MM, home_state=state),

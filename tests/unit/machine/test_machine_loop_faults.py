@@ -2,19 +2,15 @@
 
 import pytest
 
-from rtec.axis import Limits
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.machine import Ending, Machine, run_machine, straight_pass
 from rtec.machine.faults import Fault, FaultKind, Trigger
-from rtec.predictors import UnidirectionalTable
 from rtec.requester.status import Status
+from tests.machines import LIMITS, SLOPE, box_of
 
 S = 10**12
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
-SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.18], backlash_mm=0.0)
-"""20 um a millimetre."""
 ONE_SECOND = {"from_ps": 1 * S, "until_ps": 2 * S}
 
 
@@ -25,7 +21,7 @@ def firmware(request):
 
 def run(*faults, firmware=False, design=Design.C, skip_rest=True, motion=None, **parts):
     """Go to 4 mm at 1 mm/s with a box of a design."""
-    box = InjectorSettings(design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD)
+    box = box_of(design)
     processor = Microcontroller.named("8051-12mhz") if firmware else None
     parts = {"axis_error": SLOPE, "model": SLOPE, "injector": box, "microcontroller": processor} | parts
     motion = straight_pass([4.0], 1.0, LIMITS) if motion is None else motion
@@ -48,14 +44,6 @@ def test_a_box_that_starts_again_has_lost_its_home_and_the_pc_holds(firmware):
     assert result.insertions.completed == 0
     # what was inserted before stands on the controller's side, and no total accounts for it any more
     assert result.audit_counts == 2 * 4
-
-
-def test_a_dead_box_says_nothing_until_it_is_back(firmware):
-    result = run(at_axis(FaultKind.POWER_LOST), firmware=firmware)
-    assert (result.ending, result.status) == (Ending.HELD, Status.NOT_HOMED)
-    assert 2.0 < result.simulated_s < 2.02
-    # a second of looks, each repeated after 100 us
-    assert result.not_valid == pytest.approx(1 / 100e-6, rel=0.01)
 
 
 def test_a_dead_box_passes_the_lines_and_the_axis_goes_on_uncorrected(firmware):
@@ -107,16 +95,6 @@ def test_probing_corrects_nothing_and_what_was_due_comes_after_it(firmware):
     over = run(firmware=firmware, probing=((1 * S, 2 * S),))
     assert over.insertions.completed == 39
     assert over.status is Status.OK
-
-
-def test_a_fault_waits_for_an_insertion(firmware):
-    result = run(
-        at_axis(FaultKind.BOX_RESTARTED, trigger=Trigger.WHILE_INSERTING), design=Design.A, firmware=firmware
-    )
-    (activation,) = result.fired
-    assert activation.times == 1
-    assert 1.0 < activation.first_ps / S < 1.2
-    assert result.ending is Ending.HELD
 
 
 @pytest.mark.parametrize(
@@ -187,13 +165,6 @@ FOR_GOOD = {"until_ps": None}
 def test_what_overlaps_is_refused(faults, probing):
     with pytest.raises(ArgumentError, match="one that begins when this is over"):
         run(*faults, probing=probing)
-
-
-def test_what_only_touches_or_is_over_at_once_is_not():
-    trips = [at_axis(FaultKind.PROBE_TRIPPED, from_ps=k * S, until_ps=None) for k in (1, 2)]
-    assert fired(run(*trips)) == [1, 1]
-    cables = at_axis(FaultKind.LINE_BROKEN), at_axis(FaultKind.LINE_BROKEN, from_ps=2 * S, until_ps=3 * S)
-    assert all(fired(run(*cables)))
 
 
 def test_an_open_switch_cannot_be_thrown():

@@ -6,18 +6,18 @@ import pickle
 import numpy as np
 import pytest
 
-from rtec.axis import Dwell, Encoder, Limits, Program, plan
+from rtec.axis import Dwell, Encoder, Program, plan
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.machine import TRACE_COLUMNS, Ending, Growth, Machine, Thermometer, run_machine
 from rtec.machine.cell import Cell
 from rtec.machine.station import Move, StationSettings
 from rtec.predictors import StepModel
 from rtec.requester.settings import PcState
 from rtec.requester.supervision import HoldReason
+from tests.machines import LIMITS, box_of
 
 S = 10**12
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 COMMAND, TRUE = (TRACE_COLUMNS.index(name) for name in ("command_mm", "true_mm"))
 WARM = Thermometer(name="screw", rise_k=8.0, time_constant_s=1.0)
 
@@ -45,9 +45,7 @@ OTHER = StepModel(function=sag, inputs=("position", "position_2"), numbers=[0.01
 
 def machine(model, thermometers=(WARM,), **parts):
     design = Design.B
-    box = InjectorSettings(
-        design=design, timing=Timing.of(design, Processor.MCS51), real_edges=RealEdges.HOLD
-    )  # fmt: skip
+    box = box_of(design)
     return Machine(injector=box, encoder=Encoder(), model=model, thermometers=thermometers, **parts)
 
 
@@ -146,17 +144,6 @@ def test_a_model_without_an_answer_holds_the_machine(model):
     assert axis.pc_state is PcState.HOLD
     assert axis.pc_reason in (HoldReason.PREDICTOR_OUT_OF_RANGE, HoldReason.DEVIATION_LIMIT)
     assert axis.view.completed == 0
-
-
-def fast(numbers, inputs, memory, sd):
-    """The largest velocity so far."""
-    memory[0] = max(memory[0], abs(inputs[0]))
-    return numbers[0] * memory[0]
-
-
-def test_the_velocity_is_that_from_reading_to_reading():
-    found = cell(StepModel(function=fast, inputs=("velocity",), numbers=[0.004], memory=[0.0]), to_mm=4.0)
-    assert found.axes[0].target_steps == 2  # at 2 mm/s
 
 
 @pytest.mark.parametrize("part", ["axis_error", "own_table"])

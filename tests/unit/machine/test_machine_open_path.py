@@ -94,31 +94,6 @@ def test_the_loop_is_its_stages(design, processor, direction, sign, frequency, f
     assert (result.edges, result.encoder_counts) == (len(stream), stream.counts().net)
 
 
-@pytest.mark.parametrize("design", list(Design))
-def test_the_loop_is_its_stages_with_glitches(design):
-    flaws = Imperfections(glitch_probability=0.1, glitch_ps=70_000, jitter_ps=10_000)
-    path = path_of(design, frequency_hz=50e3, encoder=Encoder(imperfections=flaws, seed=8))
-    state = path.state()
-    tape = empty_tape(0)
-    assert open_kernels.run(state, 4 * path.cycles, None, tape) == 0
-    edges, seen = taped(tape, "encoder"), taped(tape, "controller")
-    assert len(edges) > 4 * path.cycles + 100
-    # the requests of the loop came with real edges; here they come with the same edges in the same order
-    box, out, total, due, done = Injector(path.injector), [], 4 * path.cycles, 4 * path.cycles - 1, 0
-    real = steady_real_edges(path)
-    for k, t in enumerate(edges.times_ps.tolist()):
-        if t in real:
-            due += path.corrections
-            if due >= total:
-                out.append(box.process(edges.part(done, k), until_ps=t))
-                done = k
-                box.request(box.insertions.requested + 1, at_ps=t)
-                due -= total
-    out.append(box.process(edges.part(done, len(edges)), until_ps=int(edges.times_ps[-1]) + 1))
-    assert [t for part in out for t in part.times_ps] == seen.times_ps.tolist()
-    assert [ab for part in out for ab in part.levels] == seen.levels.tolist()
-
-
 def empty_tape(ab_out):
     """Return a tape with much room; the encoder begins in state 1."""
     rows = np.zeros((1 << 16, 6), np.int64)
@@ -131,20 +106,6 @@ def taped(tape, side):
     rows, column = tape[0][: tape[1][0]], {"encoder": 1, "controller": 2}[side]
     at = np.flatnonzero(np.diff(rows[:, column])) + 1
     return EdgeStream(rows[at, 0], rows[at, column], initial=int(rows[0, column]))
-
-
-def steady_real_edges(path):
-    """Return the times of the real edges among those with glitches: the ones that change the encoder's count."""
-    state = new_record(_kernels.ENCODER)
-    path.encoder.fill_steady(state, path.frequency_hz, path.direction)
-    _kernels.encoder_reset(state, 0)
-    real, serial, t, ab = set(), 0, np.empty(3, np.int64), np.empty(3, np.uint8)
-    while serial < 4 * path.cycles:
-        n = steady_edges(state, t, ab)
-        if int(state.serial) > serial:
-            real.add(int(t[n - 1]))
-        serial = int(state.serial)
-    return real
 
 
 def test_what_the_gate_refuses_stays_pending_and_the_counts_right():

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from rtec.axis import Limits, Servo
+from rtec.axis import Servo
 from rtec.axis.plant import Plant
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design
 from rtec.machine import TRACE_COLUMNS, Ending, Machine, run_machine, straight_pass
 from rtec.machine.cell import Cell
 from rtec.machine.station import Alarm, Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
+from tests.machines import LIMITS, box_of
 
 S = 10**12
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 THERE = straight_pass([20.0], 50.0, LIMITS, dwell_s=1.0)
 TRUE, ENCODER = (TRACE_COLUMNS.index(name) for name in ("true_mm", "encoder_mm"))
 LAG_S, OMEGA, DAMPING = 0.01, 2.0 * math.pi * 8.0, 0.05
@@ -106,9 +106,7 @@ def test_the_cell_moves_it_too_each_axis_by_itself():
 
 
 def test_a_corrected_axis_on_a_spring_keeps_its_counts():
-    box = InjectorSettings(
-        design=Design.C, timing=Timing.of(Design.C, Processor.MCS51), real_edges=RealEdges.HOLD
-    )  # fmt: skip
+    box = box_of(Design.C)
     table = UnidirectionalTable(positions_mm=[-1.0, 30.0], errors_mm=[0.0, 0.1], backlash_mm=0.0)
     result = run_machine(Machine(axis_error=table, model=table, injector=box, servo=SPRUNG), THERE)
     assert result.audit

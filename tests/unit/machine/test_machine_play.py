@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from loop_oracle import play
 
-from rtec.axis import Dwell, Limits, Move, Program, plan
+from rtec.axis import Dwell, Move, Program, plan
 from rtec.errors import ArgumentError
 from rtec.machine import TRACE_COLUMNS, Laser, Machine, MeasuringRun, run_machine
 from rtec.predictors import BidirectionalTable, UnidirectionalTable
+from tests.machines import LIMITS
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 POSITIONS = [0.0, 10.0, 20.0, 30.0]
 FORWARD = [0.000, 0.030, 0.010, 0.040]
 REVERSE = [0.100, 0.110, 0.110, 0.160]

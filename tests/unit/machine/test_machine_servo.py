@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from loop_oracle import servo_path
 
-from rtec.axis import Encoder, Limits, Servo
+from rtec.axis import Encoder, Servo
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
+from tests.machines import LIMITS
 
-LIMITS = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
 TIME, COMMAND, ENCODER = (TRACE_COLUMNS.index(name) for name in ("time_s", "command_mm", "encoder_mm"))
 COUNT_MM = 0.001
 

@@ -11,7 +11,7 @@ from rtec.board import Microcontroller
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import OpenPath, simulate
 from rtec.machine.stretch import Stretch
-from rtec.machine.tape import _ROOM, Tape, estimated_bytes
+from rtec.machine.tape import _ROOM, estimated_bytes
 from rtec.signal import EdgeStream
 
 TWELVE_MHZ = Microcontroller.named("8051-12mhz")
@@ -133,33 +133,6 @@ def test_all_that_is_owed_may_come_before_one_edge(tmp_path, monkeypatch):
     assert len(waves.changes["box.completed"]) == plain.insertions.completed > 700
 
 
-@pytest.mark.one_in(3)
-@pytest.mark.parametrize("design", list(Design))
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"frequency_hz": 500e3},
-        {"frequency_hz": 80e3},
-        {"frequency_hz": 97e3},
-        {"encoder": Encoder(imperfections=Imperfections(phase_error_deg=9.0, duty_error_a=0.01), home_state=2)},
-        {"timing": "8051", "frequency_hz": 5e3},
-        {"timing": "firmware", "frequency_hz": 2.5e3},
-        {"frequency_hz": 10.0, "corrections": 400},
-    ],
-    ids=str,
-)
-def test_times_of_the_file_are_exact(tmp_path, monkeypatch, design, changes):
-    path = path_of(design, **changes)
-    simulate(path, vcd=tmp_path / "coarse.vcd")
-    monkeypatch.setitem(simulate.__globals__["WaveFile"].__init__.__globals__, "timescale_of", lambda path: "1 ps")
-    simulate(path, vcd=tmp_path / "fine.vcd")
-    coarse, fine = (read_vcd((tmp_path / f"{name}.vcd").read_bytes()) for name in ("coarse", "fine"))
-    unit = unit_ps(coarse)
-    assert unit > 1 or changes.get("frequency_hz") == 97e3
-    assert fine.changes == {name: [(t * unit, v) for t, v in rows] for name, rows in coarse.changes.items()}
-    assert 0 <= coarse.end * unit - fine.end < unit
-
-
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("design", list(Design))
 @pytest.mark.parametrize(
@@ -226,22 +199,6 @@ def test_it_is_not_looked_for_for_ever(monkeypatch):
     simulate(path_of(Design.ORIGINAL), seen=stretch)
     assert (stretch.found, stretch.sated) == (None, True)
     assert stretch.seen_in[1] == 7
-
-
-def test_once_it_is_found_nothing_is_kept_any_more(monkeypatch):
-    shown = []
-
-    class Counted(Stretch):
-        def show(self, rows):
-            shown.append(rows.shape[0])
-            super().show(rows)
-
-    monkeypatch.setitem(simulate.__globals__, "_CHUNK_EDGES", 1_000)
-    stretch = Counted()
-    simulate(path_of(Design.C, cycles=5_000, corrections=100), seen=stretch)
-    assert stretch.found is not None
-    assert len(shown) == 1  # of twenty chunks
-    assert Tape([stretch], (0, 0)).arrays is None
 
 
 def test_the_last_edges_of_a_run_end_the_stretch():

@@ -1,13 +1,9 @@
 """Where the tool of three slides stands, beside products of whole transformations; and the way through a grid."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from volume import Slide, Volume, drawn_volume, there_and_back
-
-from rtec.errors import ArgumentError
+from volume import Volume, drawn_volume
 
 TOOL = (20.0, -35.0, 110.0)
 
@@ -36,34 +32,3 @@ def test_the_tool_stands_where_the_transformations_bring_it(seed):
     assert np.abs(found).max() > 1e-3
     # angles of some 30 µrad, twice of each other, over 300 mm: 0.3 nm
     assert found == pytest.approx(np.array(expected), abs=1e-6)
-
-
-def test_a_drawn_machine_is_the_same_for_a_seed():
-    place, way = np.array([[100.0, 50.0, 250.0]]), np.ones((1, 3))
-    assert drawn_volume(7).error_mm(place, way).tolist() == drawn_volume(7).error_mm(place, way).tolist()
-    assert drawn_volume(7).error_mm(place, way).tolist() != drawn_volume(8).error_mm(place, way).tolist()
-
-
-def test_the_way_there_and_back_visits_each_place_from_both_sides():
-    grid = ([0.0, 1.0, 2.0], [0.0, 5.0], [0.0, 7.0])
-    way = there_and_back(*grid)
-    assert len(way) == 24
-    assert set(way[:12]) == set(way[12:]) == {(x, y, z) for x in grid[0] for y in grid[1] for z in grid[2]}
-    for before, after in pairwise(way):
-        assert sum(a != b for a, b in zip(before, after, strict=True)) <= 1  # one axis at a time
-
-
-@pytest.mark.parametrize(
-    ("wrong", "says"),
-    [
-        (lambda: Slide(tilt_rad=(1.0, 0.0, 0.0)), "tilt_rad"),
-        (lambda: Slide(shifts=()), "shifts"),
-        (lambda: Slide(backlash_mm=-1.0), "backlash_mm"),
-        (lambda: Volume(slides=(Slide(),)), "slides"),
-        (lambda: Volume(slides=(Slide(tilt_rad=(1e-5, 0.0, 0.0)), Slide(), Slide())), "tilt_rad of axis 1"),
-        (lambda: Volume(slides=(Slide(), Slide(), Slide()), tool_mm=(0.0, np.inf, 0.0)), "tool_mm"),
-    ],
-)
-def test_a_machine_that_cannot_be(wrong, says):
-    with pytest.raises(ArgumentError, match=says):
-        wrong()

@@ -7,7 +7,7 @@ from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.link import _kernels as link
 from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
-from rtec.requester.settings import HandshakeSettings, PcState
+from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
 
 MS = 10**9
@@ -30,11 +30,12 @@ def make_pc(limit=127, step=1, **settings):
 # ---------------------------------------------------------------------- box
 
 
-@pytest.mark.parametrize("change", [-3, -2, -1, 0, 1, 2, 3])
+@pytest.mark.parametrize("change", [-3, 0, 3])
 def test_a_change_within_the_window_is_accepted(change):
     box = running_box()
-    answer = box.read(total=change, count=1000)
+    answer = box.read(total=change, count=1007)
     assert (answer.accepted, answer.completed, answer.status) == (change, change, Status.OK)
+    assert answer.position == 7  # from home
 
 
 @pytest.mark.parametrize("change", [-4, 4, 508, -127])
@@ -45,12 +46,13 @@ def test_a_larger_one_is_not_carried_out(change):
     assert box.refused == 1
 
 
+@pytest.mark.parametrize("back", [0, 2])
 @pytest.mark.parametrize("doubted", [1, 2])
-def test_back_in_range_within_the_next_two_readings_it_is_accepted(doubted):
+def test_back_in_range_within_the_next_two_readings_it_is_accepted(doubted, back):
     box = running_box()
     for _ in range(doubted):
         assert box.read(total=9, count=1000).status is Status.I_DONT_BELIEVE_YOU
-    assert box.read(total=2, count=1000).accepted == 2
+    assert box.read(total=back, count=1000).accepted == back
     # and the grace begins anew
     statuses = [box.read(total=99, count=1000).status for _ in range(3)]
     assert statuses == [Status.I_DONT_BELIEVE_YOU] * 2 + [Status.I_STILL_DONT_BELIEVE_YOU]
@@ -66,64 +68,7 @@ def test_otherwise_it_stops_for_good():
         assert (answer.accepted, answer.status) == (0, Status.I_STILL_DONT_BELIEVE_YOU)
 
 
-def test_large_correction_lets_one_increment_through():
-    box = running_box()
-    assert box.read(total=100, count=1000, large=True).accepted == 100
-    assert box.read(total=100, count=1000, large=True).status is Status.OK
-    assert box.read(total=60, count=1000).status is Status.I_DONT_BELIEVE_YOU
-
-
-def test_switched_off_a_nonzero_request_is_an_error_message():
-    box = running_box()
-    box.switch(False)
-    assert box.read(total=2, count=1000).status is Status.DISABLED
-    assert box.read(total=99, count=1000).status is Status.DISABLED
-    answer = box.read(total=0, count=1000)
-    assert (answer.accepted, answer.status) == (0, Status.OK)
-    box.switch(True)
-    assert box.read(total=2, count=1000).accepted == 2
-
-
-def test_probing_corrects_nothing_and_latches_the_trip():
-    box = running_box()
-    box.read(total=3, count=1000)
-    answer = box.read(total=5, count=1234, probing=True)
-    assert (answer.accepted, answer.status, answer.position) == (3, Status.PROBING, 234)
-    assert box.trip(count=1250) == 250
-    box.read(total=5, count=1400, probing=True)
-    assert box.trip(count=1300) == 300
-    assert box.read(total=5, count=1400).accepted == 5
-
-
-def test_before_home_nothing_is_believed():
-    box = BoxSide(HandshakeSettings())
-    answer = box.read(total=1, count=55)
-    assert (answer.accepted, answer.status) == (0, Status.NOT_HOMED)
-    assert box.home(count=55).position == 0
-    assert box.read(total=1, count=57).position == 2
-
-
-def test_the_home_command_is_no_request():
-    box = running_box()
-    for total in (3, 6, 9):
-        box.read(total=total, count=1000)
-    # a PC that starts again beside a running box commands home until it sees the home position
-    for _ in range(5):
-        answer = box.home(count=1020)
-        assert (answer.accepted, answer.position, answer.status) == (9, 20, Status.OK)
-    assert box.refused == 0
-
-
 # ----------------------------------------------------------------------- PC
-
-
-def test_the_pc_waits_for_the_home_value():
-    pc = make_pc()
-    assert pc.turn(words(status=Status.NOT_HOMED), deviation_mm=1.0) == 0
-    assert pc.turn(words(position=7), deviation_mm=1.0) == 0
-    assert pc.state is PcState.WAITING
-    assert pc.turn(words(position=0), deviation_mm=1.0) == 3
-    assert pc.state is PcState.ACTIVE
 
 
 def test_the_sign_pulls_the_axis_back():
@@ -148,45 +93,6 @@ def test_it_does_not_move_before_its_last_request_was_sampled():
     assert pc.turn(words(3, Status.I_DONT_BELIEVE_YOU), deviation_mm=-0.010) == 0
 
 
-def test_a_request_gone_astray_is_taken_back_into_the_window():
-    pc = make_pc()
-    pc.allow_large_correction()
-    assert pc.turn(words(0), deviation_mm=0.050) == 50
-    assert pc.turn(words(50), deviation_mm=0.050) == 50
-    # the box was switched off and on, and has nothing any more
-    assert pc.turn(words(0, Status.I_DONT_BELIEVE_YOU), deviation_mm=0.050) == 3
-
-
-def test_large_correction_is_meant_once():
-    pc = make_pc()
-    pc.turn(words(0), deviation_mm=0.0)
-    pc.allow_large_correction()
-    assert pc.turn(words(0), deviation_mm=0.050) == 50
-    assert pc.turn(words(50), deviation_mm=0.100) == 53
-
-
-@pytest.mark.parametrize("limit", [127, 32767])
-@pytest.mark.parametrize("sign", [1, -1])
-def test_what_the_word_cannot_hold_is_pending_and_never_wraps(limit, sign):
-    pc = make_pc(limit=limit)
-    pc.turn(words(0), deviation_mm=0.0)
-    pc.allow_large_correction()
-    assert pc.turn(words(0), deviation_mm=sign * (limit + 18) * 0.001) == sign * limit
-    assert pc.beyond_word == 18
-    assert pc.turn(words(sign * limit), deviation_mm=sign * (limit + 500) * 0.001) == sign * limit
-    assert pc.turn(words(sign * limit), deviation_mm=sign * (limit - 1) * 0.001) == sign * (limit - 1)
-    assert pc.beyond_word == 0
-
-
-def test_it_holds_on_the_fatal_message_for_good():
-    pc = make_pc()
-    pc.turn(words(), deviation_mm=0.0)
-    pc.turn(words(status=Status.I_STILL_DONT_BELIEVE_YOU), deviation_mm=0.003)
-    assert pc.state is PcState.HOLD
-    assert pc.turn(words(), deviation_mm=0.003) == 0
-    assert pc.state is PcState.HOLD
-
-
 def test_the_direction_turns_after_the_hysteresis_and_not_before():
     pc = make_pc(reversal_mm=0.0205)
     seen = []
@@ -200,16 +106,6 @@ def test_rounding_has_a_hysteresis():
     pc = make_pc(rounding_margin=0.1)
     asked = [pc.turn(words(k), deviation_mm=um / 1000) for k, um in ((0, 0.55), (0, 0.61), (1, 0.45), (1, 0.39))]
     assert asked == [0, 1, 1, 0]
-
-
-def test_while_probing_the_request_stays():
-    pc = make_pc()
-    pc.turn(words(0), deviation_mm=0.003)
-    pc.probe(True)
-    assert pc.turn(words(3, Status.PROBING), deviation_mm=0.010) == 3
-    pc.probe(False)
-    assert pc.turn(words(3, Status.PROBING), deviation_mm=0.010) == 3
-    assert pc.turn(words(3), deviation_mm=0.010) == 6
 
 
 # --------------------------------------------------------- Data Valid, link

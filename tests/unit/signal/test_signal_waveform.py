@@ -28,16 +28,6 @@ def test_streams_become_scoped_wires():
     assert waves.times == sorted(set(waves.times))
 
 
-def test_illegal_edge_changes_both_lines():
-    waves = written({"e": EdgeStream([5], [3], 0)})
-    assert waves.changes == {"e.A": [(5, 1)], "e.B": [(5, 1)]}
-
-
-def test_quiet_streams_show_their_level_up_to_the_end():
-    waves = written({"e": EdgeStream([], [], 2)})
-    assert (waves.initial, waves.times) == ({"e.A": 0, "e.B": 1}, [0, 100])
-
-
 def test_window_of_a_stream_starts_where_it_starts():
     waves = written({"e": CYCLE.window(20, 40)}, start_ps=20, end_ps=40)
     assert (waves.start, waves.end, waves.initial) == (20, 40, {"e.A": 1, "e.B": 0})
