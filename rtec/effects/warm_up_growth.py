@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Per, Shape
-from rtec.effects.warm_up import WarmUp
+from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.thermal_growth import beyond_the_axis
+from rtec.effects.warm_up import WarmShape, WarmUp
+
+
+@dataclass(frozen=True, slots=True)
+class WarmGrowthShape(WarmShape):
+    """Also, whether the fixed point may lie elsewhere than at position zero."""
+
+    elsewhere: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "fixed point is not at zero"))
 
 
 class WarmUpGrowth(WarmUp):
-    """A first-order approach in time, in proportion to position.
+    """A first-order approach in time, in proportion to the way from a fixed point.
 
     Notes
     -----
-    ``deviation = growth * position * (1 - exp(-t / time_constant))``.
+    ``deviation = growth * (position - fixed point) * (1 - exp(-t / time_constant))``. The fixed point is position
+    zero, or where the readings put it.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from rtec.effects.warm_up import WarmShape
     >>> t, x = np.array([0.0, 600.0, 6000.0]), np.full(3, 1000.0)
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(3, dtype=np.int64), time_s=t)
-    >>> WarmUpGrowth().contribution(c, WarmShape(600.0), [1e-5]).round(5).tolist()
+    >>> WarmUpGrowth().contribution(c, WarmGrowthShape(600.0), [1e-5]).round(5).tolist()
     [0.0, 0.00632, 0.01]
     """
 
@@ -30,12 +40,48 @@ class WarmUpGrowth(WarmUp):
     grows_with_position = True
     amplitude = "growth"
     amplitude_per = Per.LENGTH
+    shape_type = WarmGrowthShape
     contains = frozenset({"scale"})
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show growth in time, or None."""
         return no_spread(conditions) or super().untestable(conditions)
 
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return the time constants of a warm-up, fixed at position zero."""
+        return [WarmGrowthShape(own_shape(one, WarmShape).time_constant) for one in super().shapes(conditions)]
+
+    def tried(self, conditions: Conditions, shape: Shape) -> float:
+        """Return the number of time constants; twice as many where the fixed point is chosen, too."""
+        return super().tried(conditions, shape) * (2.0 if own_shape(shape, WarmGrowthShape).elsewhere else 1.0)
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        """Return the shape fixed at position zero, and elsewhere."""
+        return [replace(own_shape(shape, WarmGrowthShape), elsewhere=away) for away in (False, True)]
+
+    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
+        """Return why a fit is no growth: a fixed point far from the axis is that of a shift."""
+        return beyond_the_axis(conditions, amplitudes) if own_shape(shape, WarmGrowthShape).elsewhere else None
+
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several time constants, shape (shapes, 1, rows)."""
+        """Return the columns of several time constants, fixed at position zero, shape (shapes, 1, rows)."""
         return super().scan(conditions, shapes) * conditions.position
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return position times the approach, beside the approach where the fixed point is free."""
+        done = super().scan(conditions, [shape])[0, 0]
+        free = own_shape(shape, WarmGrowthShape).elsewhere
+        return np.column_stack([conditions.position * done, done] if free else [conditions.position * done])
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        """Return the growth, in um/m (arcsec/deg on a rotary axis), and the shift at position zero."""
+        growth = super().amplitudes(shape, units)
+        free = own_shape(shape, WarmGrowthShape).elsewhere
+        return (*growth, Amplitude("at_zero", *units.shown)) if free else growth
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return time constant and growth; the fixed point where it is free."""
+        found = super().summary(shape, amplitudes, units)
+        if not own_shape(shape, WarmGrowthShape).elsewhere or amplitudes[0] == 0.0:
+            return found
+        return (*found, ("fixed_point", -amplitudes[1] / amplitudes[0], units.position))

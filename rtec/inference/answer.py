@@ -47,7 +47,7 @@ def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
     model = best = simplest(search, model)
     known = every = probabilities(search, best)
     most: dict[str, int] = {}
-    while (worst := _worst(search, model, every)) is not None:
+    while (worst := _worst(search, best, model, every)) is not None:
         name, why = worst
         search.gate.refused[name] = why
         most[name] = model.names.count(name) - 1
@@ -59,12 +59,21 @@ def settled(search: Search, model: Scored) -> tuple[Scored, dict[str, float]]:
 
 
 def simplest(search: Search, model: Scored) -> Scored:
-    """Return a model with each effect replaced by a special case of it that explains the data nearly as well."""
+    """Return a model that explains the data nearly as well with fewer effects, or with special cases of its own."""
     for other in sorted(search.gate.near(model), key=lambda m: -m.score):
-        special = stood_for(search, other, model) if other.score > model.score - EQUAL else None
-        if special is not None and not isinstance(special, Probe) and search.gate.is_gated(other):
-            return simplest(search, other)
+        less = bool(other.choices) and Counter(other.names) < Counter(model.names)
+        if (less and _same_span(search, other, model)) or other.score > model.score - EQUAL:
+            special = None if less else stood_for(search, other, model)
+            if (less or (special is not None and not isinstance(special, Probe))) and search.gate.is_gated(other):
+                return simplest(search, other)
     return model
+
+
+def _same_span(search: Search, one: Scored, other: Scored) -> bool:
+    """Return whether two models can say the same of the readings, whatever their priors expect."""
+    tables = [np.vstack([part.raw * part.unit for part in search.space.parts_of(m.choices)]) for m in (one, other)]
+    ranks = [orthonormal(table).shape[0] for table in (*tables, np.vstack(tables))]
+    return len(set(ranks)) == 1
 
 
 def replacement(model: Scored, other: Scored) -> tuple[str, str] | None:
@@ -106,11 +115,7 @@ def probabilities(search: Search, best: Scored, answer: Scored | None = None) ->
     though none will be accepted.
     """
     answer = best if answer is None else answer
-    competing = search.gate.near(best)
-    sound = {n for n, m in best_of_names(competing).items() if m is best or search.gate.competes(m)}
-    models = [m for m in competing if tuple(sorted(m.names)) in {*sound, tuple(sorted(best.names))}]
-    weights = np.array([other.score for other in models])
-    total = float(logsumexp(weights))
+    models, weights, total = _competing(search, best)
     called = [search.gate.called(other) for other in models]
     stood = [stood_for(search, answer, other) for other in models]
     instead = [None if effect is None else effect.name for effect in stood]
@@ -122,15 +127,38 @@ def probabilities(search: Search, best: Scored, answer: Scored | None = None) ->
     return found
 
 
-def _worst(search: Search, model: Scored, every: Mapping[str, float]) -> tuple[str, str] | None:
-    """Return the effect that has the least claim to its place in an answer, and why; None where all have one."""
+def _competing(search: Search, best: Scored) -> tuple[list[Scored], Floats, float]:
+    """Return the models that compete with the best, the logarithms of their weights, and that of their sum."""
+    near = search.gate.near(best)
+    sound = {n for n, m in best_of_names(near).items() if m is best or search.gate.competes(m)}
+    models = [m for m in near if tuple(sorted(m.names)) in {*sound, tuple(sorted(best.names))}]
+    weights = np.array([m.score for m in models])
+    return models, weights, float(logsumexp(weights))
+
+
+def _nothing_instead(search: Search, best: Scored, model: Scored, name: str) -> float:
+    """Return the probability of models without an effect in which nothing stands in its place."""
+    models, weights, total = _competing(search, best)
+    rest = Counter(model.names) - Counter([name])
+    bare = np.array([Counter(m.names) <= rest for m in models])
+    return float(np.exp(logsumexp(weights[bare]) - total)) if bare.any() else 0.0
+
+
+def _worst(search: Search, best: Scored, model: Scored, every: Mapping[str, float]) -> tuple[str, str] | None:
+    """Return the effect that has the least claim to its place in an answer, and why; None where all have one.
+
+    What several effects explain together is certain together: an effect stays where something has to stand in its
+    place, whichever it is.
+    """
     failing = []
     for k, choice in enumerate(model.choices):
         if choice in search.given:
             continue
         name = choice[0].name
-        together = 1.0 - SURE < every[name] < SURE and bool(tied_models(search, model, name))  # sure with its rivals
-        if every[name] < SURE and not together:
+        if every[name] < SURE and not (
+            every[name] > 1.0 - SURE
+            and (tied_models(search, model, name) or _nothing_instead(search, best, model, name) < 1.0 - SURE)
+        ):
             return name, f"its probability is {every[name]:.2f}"
         gain = search.gate.gain(search.neighbours.without(model, k), model).gain
         if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import stdtr
@@ -62,6 +62,11 @@ class Finding:
         """The readings."""
         return self.search.space.dataset
 
+    @property
+    def names_something(self) -> bool:
+        """Whether the model holds an effect that was found."""
+        return any(c not in self.search.given and not isinstance(c[0], Probe) for c in self.model.choices)
+
     def fitted(self, model: Scored, order: Sequence[Choice] | None = None) -> Model:
         """Return a model as people get it: without probes, its amplitudes fitted beside them, in order."""
         terms, datum = fitted_terms(self.search.judge, model)
@@ -90,8 +95,31 @@ class Finding:
         return self.dataset.rms(self.search.gate.held_out(model))
 
 
-def in_order(found: Finding) -> tuple[list[Choice], list[Scored]]:
-    """Return the effects in the order in which the held-out error falls fastest, and the models on the way."""
+def in_order(found: Finding) -> tuple[Finding, list[Choice], list[Scored]]:
+    """Return the effects in the order in which the held-out error falls fastest, and the models on the way.
+
+    A search leaves no effect in its model that makes the readings or those held out worse, wherever it comes in.
+    """
+    while True:
+        order, models = _ordered(found)
+        rises = next((k for k in range(1, len(models)) if _rises(found, models[k - 1], models[k])), None)
+        if rises is None or not found.searched:
+            return found, order, models
+        late = order[len(order) - len(models) + rises :]
+        search, model = found.search, found.model
+        rests = {choice: search.neighbours.without(model, model.choices.index(choice)) for choice in late}
+        worst = min(late, key=lambda choice: found.rms_heldout(rests[choice]))
+        search.gate.refused[worst[0].name] = "it raises the error, or that of what was held out"
+        found = replace(found, model=rests[worst])
+
+
+def _rises(found: Finding, before: Scored, after: Scored) -> bool:
+    """Return whether a step makes what is left larger, or what was held out."""
+    return found.rms_left(after) > found.rms_left(before) or found.rms_heldout(after) > found.rms_heldout(before)
+
+
+def _ordered(found: Finding) -> tuple[list[Choice], list[Scored]]:
+    """Return the effects in the order in which the held-out error falls fastest, those that raise none first."""
     judge = found.search.judge
     held = [choice for choice in found.model.choices if choice in found.search.given]
     left = [c for c in found.model.choices if c not in found.search.given and not isinstance(c[0], Probe)]
@@ -100,7 +128,8 @@ def in_order(found: Finding) -> tuple[list[Choice], list[Scored]]:
         trials = [judge.score([*held, choice], models[-1]) for choice in left]
         errors = [found.dataset.rms(found.search.gate.held_out(trial)) for trial in trials]
         ready = [not c[0].builds_on or bool(c[0].builds_on & {e.name for e, _ in held}) for c in left]
-        k = min(range(len(left)), key=lambda i: (not ready[i], errors[i]))
+        rising = [_rises(found, models[-1], trial) for trial in trials]
+        k = min(range(len(left)), key=lambda i: (not ready[i], rising[i], errors[i]))
         held.append(left.pop(k))
         models.append(trials[k])
     return held, models

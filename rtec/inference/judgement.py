@@ -31,6 +31,7 @@ from rtec.inference.candidates import (
     settling,
 )
 from rtec.inference.chessboard import HELD_OUT_BY
+from rtec.inference.completeness import floor_is_reached, signs_of, unknown_by
 from rtec.inference.experiment import (
     between,
     experiment_for_likely,
@@ -64,11 +65,15 @@ _COMPARED = {True: "means over repeats", False: "means of both directions"}
 
 def judged(found: Finding) -> Diagnosis:
     """Return the diagnosis of a finished search."""
+    found = replace(found, offset=offset_of(found))
+    found, order, ordered = in_order(found)
     search, model, dataset = found.search, found.model, found.dataset
     judge, space = search.judge, search.space
     floor = noise_floor(judge, model)
     unknown, p_means = unknown_structure(judge, model)
-    found = replace(found, offset=offset_of(found))
+    signs = signs_of(search, model, floor) if found.searched and found.names_something else ()
+    if unknown is None and signs:
+        unknown = unknown_by(signs)
     rivals = {
         effect.name: rivalries(found.scout, found.scouted, k)
         for k, (effect, shape) in enumerate(found.scouted.choices)
@@ -77,7 +82,6 @@ def judged(found: Finding) -> Diagnosis:
     tied = [r for several in rivals.values() for r in several if not r.permanent]
     every = shared(found.scout, found.scouted, found.probability, rivals)
     found = replace(found, probability=unchanging(model, every))
-    order, ordered = in_order(found)
     steps = steps_of(found, order, ordered)
     minimum = minimum_detectable(judge, model)
     listed = [accepted(found, step, rivals.get(step.effect, [])) for step in steps]
@@ -90,7 +94,7 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     return Diagnosis(
-        verdict=_verdict(unknown, bool(tied) and named, named, floor.from_repeats, doubtful),
+        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(model, floor), doubtful),
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,

@@ -75,7 +75,8 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     found = []
     # a deviation that follows a temperature has a name: thermal_shift
     heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
-    for heading, values in (*heats.items(), *dataset.unknown):
+    strange = [(heading, values) for heading, values in dataset.unknown if not is_index(values, c)]
+    for heading, values in (*heats.items(), *strange):
         least = LEAST_CHANGE_K if heading in heats else 0.0
         if np.isfinite(values).all() and np.ptp(values) > least:
             found.append(Probe(f"any {heading}", (heading,), (values - values.mean())[:, None]))
@@ -98,6 +99,29 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
         if each.size:
             found.append(Probe("any run and direction", ("direction", "run"), each * c.direction[:, None]))
     return tuple(found)
+
+
+def is_index(values: Floats, c: Conditions) -> bool:
+    """Return whether a column only numbers the readings: it follows the target, the run, the direction or the row.
+
+    What such a column explains, position, run, direction or time explains.
+
+    Examples
+    --------
+    >>> x = np.array([0.0, 10.0, 20.0, 0.0, 10.0, 20.0])
+    >>> c = Conditions(position=x, position_unit="mm", run=np.array([1, 1, 1, 2, 2, 2]))
+    >>> is_index(np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]), c), is_index(np.array([1.0, 3.0, 2.0, 1.0, 2.0, 3.0]), c)
+    (True, False)
+    """
+    along = [np.arange(c.rows), c.position, c.run, *([] if c.direction is None else [c.direction])]
+    return any(_is_monotone(values, np.asarray(one, dtype=np.float64)) for one in along)
+
+
+def _is_monotone(values: Floats, along: Floats) -> bool:
+    """Return whether values are a function of others that never falls, or never rises."""
+    order = np.argsort(along, kind="stable")
+    steps, same = np.diff(values[order]), np.diff(along[order]) == 0.0
+    return not steps[same].any() and bool((steps >= 0.0).all() or (steps <= 0.0).all())
 
 
 def _unnamed(c: Conditions, table: Floats) -> Floats:

@@ -1,0 +1,134 @@
+"""Signs that a model is not complete: what is left is no noise, or what was found only resembles its name."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from scipy.special import fdtrc
+
+from rtec.effects import Floats, Shape, WavesShape
+from rtec.effects.protocol import own_shape
+from rtec.inference.results import NoiseFloor, Unknown
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.search import Search
+
+REACHED, ENOUGH = 1.3, 10
+"""Noise floors that a complete model may leave, and the degrees of freedom from which on a floor is known so well."""
+CORRELATED, MOSTLY_COLOURED = 0.6, 0.6
+"""Correlation from which on, and white share up to which, a residual is strongly coloured."""
+CURVE = 6
+"""Degree of the curves that a residual is compared with."""
+TREND, MATERIAL = 0.0025, 0.03
+"""Probability below which a curve is no chance, and the least share of the residual's square that it explains."""
+MOST_RUNS = 60
+APART = 3.0
+"""Cycles over the whole axis by which two waves differ at least: closer ones are a beat, a wave in one part of it."""
+OF_A_TURN = 0.02
+"""Cycles by which waves of a turn may be off a whole number of them: these are harmonics, however close."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """A sign that something outside the library acts: what it depends on, and what is seen."""
+
+    depends_on: str
+    text: str
+
+
+def is_coloured(model: Scored) -> bool:
+    """Return whether what a model leaves is strongly correlated from reading to reading."""
+    return model.colour.rho >= CORRELATED and model.colour.white <= MOSTLY_COLOURED
+
+
+def floor_is_reached(model: Scored, floor: NoiseFloor) -> bool:
+    """Return whether repeats tell noise well enough to say that nothing else is left."""
+    return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(model)
+
+
+def unknown_by(signs: Sequence[Sign]) -> Unknown:
+    """Return what the signs say of the structure that is left."""
+    depends = tuple(dict.fromkeys(sign.depends_on for sign in signs))
+    text = "; ".join(sign.text for sign in signs)
+    return Unknown(
+        depends_on=depends, period=None, frequency_hz=None, description=f"the residual is no noise: {text}"
+    )
+
+
+def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ...]:
+    """Return what speaks against the completeness of a model in which effects were found."""
+    c = search.space.dataset.coordinates
+    found = []
+    left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
+    if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma:
+        found.append(
+            Sign("time", f"it is {left / floor.sigma:.1f} times the noise floor and does not repeat by place")
+        )
+    if is_coloured(model) and (c.moving or c.time_is_coordinate):
+        length = model.colour.length
+        found.append(Sign("time", f"it is correlated over about {length:.0f} readings, as noise of a sensor is not"))
+    found += _trends(search.judge, model)
+    found += _beats(search, model)
+    return tuple(found)
+
+
+def _trends(judge: Judge, model: Scored) -> list[Sign]:
+    """Return the curves that what is left, freed of its correlation, still follows."""
+    c = judge.space.dataset.coordinates
+    left = judge.space.view(model.colour).project(judge.left(model)[None, :])[0]
+    left = left - left.mean()
+    in_time = _curve(np.arange(c.rows, dtype=np.float64))
+    curves: dict[str, Floats] = {"time": in_time}
+    if not c.time_is_coordinate and c.span > 0.0:
+        curves["position"] = _curve(c.position)
+    if c.direction is not None and c.both_directions:
+        curves["direction"] = np.column_stack(
+            [np.sign(c.direction), *(_curve(c.position) * np.sign(c.direction)[:, None]).T]
+        )
+    runs = np.unique(c.run)
+    if 1 < runs.size <= MOST_RUNS:
+        curves["run"] = (c.run[:, None] == runs[1:]).astype(np.float64)
+    spent = sum(part.raw.shape[0] for part in judge.space.parts_of(model.choices))
+    found = []
+    for name, table in curves.items():
+        basis = np.linalg.qr(table - table.mean(axis=0))[0]
+        explained, whole = float(((basis.T @ left) ** 2).sum()), float(left @ left)
+        k, below = table.shape[1], left.size - 1 - table.shape[1] - spent
+        if below <= 0 or whole <= 0.0 or explained < MATERIAL * whole:
+            continue
+        p = float(fdtrc(k, below, (explained / k) / max((whole - explained) / below, 1e-300)))
+        if p < TREND:
+            found.append(Sign(name, f"it follows a smooth curve over {name} (p {p:.1g})"))
+    return found
+
+
+def _curve(values: Floats) -> Floats:
+    """Return smooth curves over values, shape (rows, curves); the constant is not among them."""
+    reach = float(np.ptp(values))
+    return (
+        chebvander(2.0 * (values - values.min()) / reach - 1.0, CURVE)[:, 1:]
+        if reach > 0.0
+        else np.zeros((values.size, 1))
+    )
+
+
+def _beats(search: Search, model: Scored) -> list[Sign]:
+    """Return the waves found that are too close to each other to be two."""
+    c = search.space.dataset.conditions
+    waves = [_frequencies(s) for e, s in model.choices if e.is_wave and (e, s) not in search.given]
+    for mine, theirs in itertools.combinations(waves, 2):
+        turns = np.concatenate([mine, theirs]) * (c.revolution or 0.0)
+        of_a_turn = c.revolution is not None and float(np.abs(turns - np.round(turns)).max()) < OF_A_TURN
+        if not of_a_turn and float(np.abs(mine[:, None] - theirs).min()) * c.span < APART:
+            periods = f"{1.0 / mine[0]:.4g} and {1.0 / theirs[0]:.4g} {c.position_unit}"
+            return [Sign("position", f"waves of {periods} are a beat, one wave that changes along the axis")]
+    return []
+
+
+def _frequencies(shape: Shape) -> Floats:
+    """Return the frequencies of a family of waves, shape (harmonics,)."""
+    own = own_shape(shape, WavesShape)
+    return np.arange(1, own.harmonics + 1) / own.period
