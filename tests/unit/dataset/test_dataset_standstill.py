@@ -154,12 +154,6 @@ def test_bursts_of_readings_at_each_place():
     assert set(data.conditions.direction[40:].tolist()) == {-1.0}
 
 
-def test_one_reading_for_each_place_stays_as_it_is():
-    position = 0.3 * np.arange(100.0)
-    data = load_dataset(log_of(5.0 * np.arange(100.0), position, np.cos(position)))
-    np.testing.assert_array_equal(data.conditions.position, position)
-
-
 def test_long_standstills_of_a_deviation_are_thinned_not_merged():
     time, position, _, standing, _ = stop_and_go(stand_s=60.0)
     since = np.zeros(time.size)

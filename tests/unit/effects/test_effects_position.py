@@ -32,11 +32,7 @@ def conditions(position, direction):
     # the distance counts from the point where the axis turned round, which is the last reading of the way before
     begin = np.concatenate([[position[0]], position[turned]])[np.cumsum(np.append(False, np.diff(direction) != 0))]
     return Conditions(
-        position=position,
-        position_unit="mm",
-        run=run,
-        direction=direction,
-        since_reversal=np.abs(position - begin),
+        position=position, position_unit="mm", run=run, direction=direction, since_reversal=np.abs(position - begin)
     )
 
 

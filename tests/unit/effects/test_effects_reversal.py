@@ -184,10 +184,7 @@ def test_the_number_of_a_run_changes_nothing_in_a_motion_that_goes_on(effect, sh
     [
         (out_and_back(), "no moving data"),
         (log(path(0.0, 50.0, 0.0)), "2 strokes between reversals only: at least 4 needed"),
-        (
-            log(path(0.0, 50.0, 0.0, 50.0, 0.0, 50.0)),
-            "all strokes are of one length: confounded with windup",
-        ),
+        (log(path(0.0, 50.0, 0.0, 50.0, 0.0, 50.0)), "all strokes are of one length: confounded with windup"),
         (log(path(0.0, 50.0, 45.0, 50.0, 0.0, 20.0, 15.0)), None),
     ],
 )

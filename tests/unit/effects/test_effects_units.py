@@ -38,12 +38,7 @@ def test_units_of_an_amplitude(effect, shape, units, unit, factor):
     "effect, shape, units, lines",
     [
         (Scale(), Shape(), LINEAR, (("scale", pytest.approx(20.0), "um/m"),)),
-        (
-            WarmUp(),
-            WarmShape(600.0),
-            LINEAR,
-            (("time_constant", 600.0, "s"), ("final", pytest.approx(0.02), "um")),
-        ),
+        (WarmUp(), WarmShape(600.0), LINEAR, (("time_constant", 600.0, "s"), ("final", pytest.approx(0.02), "um"))),
         (
             LostCounts(),
             StepShape(7.5),
