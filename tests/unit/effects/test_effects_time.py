@@ -77,12 +77,6 @@ def test_many_readings_are_scanned_in_part_and_the_rest_is_found_around_the_best
     assert near[place + 1] - best.moment == pytest.approx(0.01)
 
 
-def test_equal_times_are_one_moment(bidirectional):
-    c = bidirectional(time_s=np.repeat(np.arange(42.0), 5))
-    moments = [shape.moment for shape in LostCounts().shapes(c)]
-    assert moments == (np.arange(1, 40) + 0.5).tolist()
-
-
 def test_the_rate_is_one_an_hour_or_a_reading():
     (hourly,) = Drift().amplitudes(Shape(), Units("mm", "mm", "s"))
     assert (hourly.unit, hourly.factor) == ("um/h", 3.6e6)

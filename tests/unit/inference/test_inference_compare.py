@@ -195,6 +195,11 @@ def test_the_held_out_file_must_have_the_columns_too():
         compare(measured(temperatures=heat), model(term("thermal_growth")), replace(measured(), source="other.csv"))
 
 
+def test_a_stated_effect_without_its_column_is_refused_with_the_reason():
+    with pytest.raises(ArgumentError, match=r"model: the effect acceleration_lag.*z\.csv can show.*moving"):
+        compare(measured(), model(term("acceleration_lag", 0.001)))
+
+
 def test_nothing_left_goes_with_nothing():
     data = measured()
     assert {where.share for where in residual_by(data, np.zeros(data.rows))} == {0.0}

@@ -12,6 +12,7 @@ from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects import LIBRARY, Conditions, Shape, effect_named
 from rtec.effects.experiments import Ask
+from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
@@ -170,6 +171,12 @@ def test_given_effects_are_refitted_and_kept():
     assert [name for name in result.effects if name not in result.start.names] == ["backlash"]
     assert result.start.terms[0].amplitudes[0] == pytest.approx(5e-5, rel=0.2)
     assert [step.effect for step in result.steps] == ["backlash"]
+
+
+def test_a_model_of_something_else_is_refused():
+    data = measured()
+    with pytest.raises(ArgumentError, match="a model of force"):
+        diagnose(data, Model(observe="force", units=data.units))
 
 
 def test_the_other_measurement_decides():

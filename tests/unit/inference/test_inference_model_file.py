@@ -337,6 +337,7 @@ HEAD = 'observe = "deviation"\n[[effect]]\n'
         ('observe = "deviation"\ninterval = "-1 um"', ["interval", "0 or more"]),
         ('observe = "deviation"\ninterval = ["1 um"]', ["interval"]),
         ('observe = "deviation"\nposition = "deg"', ["position in deg", "the measurement has mm"]),
+        ('observe = "deviation"\nposition = 3', ["position = 3"]),
         ('observe = "deviation"\nobserved = \nclock = "s"', ["line 2"]),
     ],
 )

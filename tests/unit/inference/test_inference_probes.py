@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.effects import Observable
+from rtec.effects import Observable, Shape, Units
 from rtec.inference.diagnose import diagnose
 from rtec.inference.probes import probes_of
 from rtec.inference.results import Verdict
@@ -65,6 +65,13 @@ def test_a_force_is_probed_by_position():
     numbers = np.linalg.lstsq(whole, line)[0]
     assert whole @ numbers == pytest.approx(line, abs=1e-9), "a straight line is a smooth curve"
     assert named.T @ whole == pytest.approx(0.0, abs=1e-9), "a constant and a weight have names"
+
+
+def test_a_probe_belongs_to_its_data():
+    probe = probes_of(measured(runs=4))[0]
+    assert len(probe.amplitudes(Shape(), Units("mm", "mm", "s"))) == probe.at(measured(runs=4)).shape[1]
+    with pytest.raises(ValueError, match="168 rows for 42"):
+        probe.at(measured(runs=1))
 
 
 def test_a_zero_that_follows_a_temperature_is_a_thermal_shift():

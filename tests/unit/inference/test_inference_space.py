@@ -71,6 +71,16 @@ def test_noise_of_a_log_has_a_white_part():
     assert Colour() in moving.colours
 
 
+def test_what_is_kept_is_forgotten_before_it_fills_the_memory(monkeypatch):
+    data = measured(runs=2)
+    expected = Space(data).sums(Space(data).parts_of(CHOICES), AR)
+    monkeypatch.setattr(module, "_KEPT_BYTES", 100)
+    space = Space(data)
+    for colour in (AR, Colour(0.6, 0.3), AR):
+        found = space.sums(space.parts_of(CHOICES), colour)
+    assert found.products == pytest.approx(expected.products)
+
+
 @pytest.mark.parametrize("at_once", [100_000_000, 40_000])
 def test_a_scan_holds_every_shape_once_in_whitened_space(monkeypatch, at_once):
     monkeypatch.setattr(module, "_AT_ONCE_BYTES", at_once)

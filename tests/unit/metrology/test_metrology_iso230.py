@@ -207,12 +207,6 @@ def test_planted_cyclic_error_is_found_on_a_slow_trend(increment):
     assert found.harmonics >= 2
 
 
-def test_trend_alone_shows_no_cyclic_error():
-    target = np.arange(1, 40.0001, 0.52)
-    found = cyclic_error(target, 0.1 * target - 0.002 * target**2, 0.25)
-    assert found.peak_to_peak == pytest.approx(0, abs=1e-9)
-
-
 @pytest.mark.parametrize("increment", [0.25, 0.125])
 def test_targets_at_whole_and_half_periods_hide_it(increment):
     target = np.arange(1, 40.0001, increment)

@@ -133,11 +133,6 @@ def test_parser_reads_the_listing_of_the_thesis():
     assert stops == [line for line, text in enumerate(LISTING, 1) if text.startswith(("M00", "M01"))]
 
 
-def test_parser_passes_over_empty_lines_but_counts_them():
-    blocks = parse_program(["G70", "", "G01G59G90G94 (modes)", "  ", "G53Z-1.5F.5"])
-    assert blocks[-1] == Move(5, "Z", -1.5 * 25.4, 0.5 * 25.4 / 60.0)
-
-
 @pytest.mark.parametrize(
     ("lines", "line", "words"),
     [

@@ -40,12 +40,6 @@ def named(*starts):
     return [method for method in all_methods() if method.name.startswith(starts)]
 
 
-def test_every_method_has_a_name_of_its_own():
-    names = [method.name for method in all_methods()]
-    assert len(set(names)) == len(names) == 1 + 4 + 1 + 12
-    assert {"network 40 lm", "network 30-10 scg", "network 30 + 8 bfgs", "table bi-directional cubic"} <= set(names)
-
-
 def test_rows_have_the_figures_of_their_own_predictors(axis):
     found = compare_predictors(axis, methods=named("none", "table"), seed=4)
     parts = parts_of(axis, seed=4)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.predictors import NoError
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import Samples, means_over_turns, together
 from rtec.predictors.fitting.training import Design, Effort, train
@@ -58,8 +57,3 @@ def test_a_network_learns_what_another_axis_does():
     alone = Samples(position_mm=check.position_mm, direction=check.direction, error_mm=check.error_mm)
     with pytest.raises(ArgumentError, match="no position_3"):
         alone.left_by(trained.predictor)
-
-
-def test_a_curve_does_not_look_at_the_other_axes():
-    samples = plane(20, 5)
-    assert samples.left_by(NoError()).tolist() == samples.error_mm.tolist()
