@@ -123,15 +123,6 @@ def test_state_at_any_time_is_the_exact_polynomial(case, data):
     assert motion.acceleration_at(t) == pytest.approx(float(a), abs=1e-12 * limits.max_acceleration_mm_s2)
 
 
-@given(LIMITS, logarithmic(1e-6, 2000), st.floats(0.01, 1))
-def test_trapezoid_takes_the_textbook_time(limits, distance, part):
-    feed, acceleration = part * limits.max_speed_mm_s, limits.max_acceleration_mm_s2
-    motion = plan(Program(blocks=(Move(target_mm=distance, feed_mm_s=feed),)), limits)
-    full = distance >= feed**2 / acceleration
-    expected = distance / feed + feed / acceleration if full else 2 * math.sqrt(distance / acceleration)
-    assert motion.total_ps * PS == pytest.approx(expected, rel=1e-12, abs=2 * PS)
-
-
 @given(LIMITS, SHAPE, logarithmic(1e-4, 2000), st.floats(0.01, 1))
 def test_time_agrees_with_numerical_integration(limits, shape, distance, part):
     feed = part * limits.max_speed_mm_s
@@ -139,20 +130,3 @@ def test_time_agrees_with_numerical_integration(limits, shape, distance, part):
     motion = plan(Program(blocks=(Move(target_mm=distance, feed_mm_s=feed),)), limits, shape)
     expected = move_time_s(distance, feed, limits.max_acceleration_mm_s2, jerk)
     assert motion.total_ps * PS == pytest.approx(expected, rel=3e-6)
-
-
-@given(LIMITS, SHAPE, POSITION, POSITION, st.floats(0, 1))
-def test_each_move_is_symmetric_in_time(limits, shape, start, target, part):
-    motion = plan(Program(blocks=(Rapid(target_mm=target),), start_mm=start), limits, shape)
-    assert motion.duration_ps.tolist() == motion.duration_ps[::-1].tolist()
-    t = round(part * motion.total_ps)
-    there, back = motion.position_at([t, motion.total_ps - t])
-    assert there - start == pytest.approx(target - back, abs=3e-9)
-
-
-@given(LIMITS, SHAPE, POSITION, POSITION)
-def test_the_way_back_mirrors_the_way_there(limits, shape, start, target):
-    there = plan(Program(blocks=(Rapid(target_mm=target),), start_mm=start), limits, shape)
-    back = plan(Program(blocks=(Rapid(target_mm=start),), start_mm=target), limits, shape)
-    assert there.duration_ps.tolist() == back.duration_ps.tolist()
-    assert there.v0_mm_s.tolist() == (-back.v0_mm_s).tolist()

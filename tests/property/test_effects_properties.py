@@ -120,16 +120,6 @@ def test_nothing_but_its_own_conditions_changes_an_effect(name, seed):
             assert np.array_equal(moved, columns), column
 
 
-@given(seed=SEEDS, turns=st.integers(-20, 20), period=st.floats(0.5, 80.0))
-@settings(max_examples=50, deadline=None)
-def test_waves_are_the_same_a_whole_period_on(seed, turns, period):
-    effect, shape = effect_named("cyclic"), CyclicShape(period, 3)
-    here = plan(seed)
-    values = {field: getattr(here, field) for field in Conditions.__dataclass_fields__}
-    there = Conditions(**{**values, "position": here.position + turns * period})
-    assert effect.columns(there, shape) == pytest.approx(effect.columns(here, shape), abs=1e-8)
-
-
 @pytest.mark.parametrize(
     "name", ["scale", "drift", "backlash", "windup", "servo_lag", "coulomb", "stribeck", "cyclic"]
 )
@@ -162,19 +152,6 @@ def test_parts_of_readings_have_parts_of_columns(effect, seed, data):
         shape = effect.shape_type((-500.0, 0.0, 200.0, 500.0))
     whole = effect.columns(here, shape)
     assert effect.columns(here.take(rows), shape) == pytest.approx(whole[rows], rel=1e-12, abs=1e-12)
-
-
-@given(seed=SEEDS, factor=st.floats(-100.0, 100.0))
-@settings(max_examples=25, deadline=None)
-def test_contributions_are_linear_in_the_amplitudes(seed, factor):
-    here = plan(seed)
-    for name in SIMPLE:
-        effect, shape = effect_named(name), SHAPES.get(name, Shape())
-        width = effect.columns(here, shape).shape[1]
-        one = np.random.default_rng(seed).normal(size=width)
-        scaled = effect.contribution(here, shape, one * factor)
-        size = max(1e-300, float(np.abs(scaled).max()))
-        assert scaled / size == pytest.approx(effect.contribution(here, shape, one) * factor / size, abs=1e-9)
 
 
 @given(seed=SEEDS, step=st.floats(1e-6, 10.0))

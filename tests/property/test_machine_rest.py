@@ -76,7 +76,7 @@ def machines(draw):
             box_period_ps=round(box_ms * MS),
             pc_period_ps=round(pc_ms * MS),
             update_ps=draw(st.sampled_from([0, 20_000_000, 500_000_000])),
-            latency_ps=round(draw(st.sampled_from([0.0, 0.1, 4.5])) * MS),
+            latency_ps=round(draw(st.sampled_from([0.0, 0.1, 4.5, 10.0])) * MS),
         ),
         laser=Laser(window_mm=draw(st.sampled_from([0.01, 0.3])), dwell_s=0.2),
         switch_on=draw(st.sampled_from([True, True, True, False])),

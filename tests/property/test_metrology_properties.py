@@ -60,20 +60,6 @@ def test_figures_equal_the_oracle_in_any_order(readings):
 
 @given(complete_tests())
 @settings(max_examples=40, deadline=None)
-def test_figures_keep_the_order_that_their_definitions_imply(readings):
-    figures = positioning_figures(readings).to_dict("um")
-    slack = 1e-9
-    for suffix in ("", "_forward", "_backward"):
-        assert figures[f"A{suffix}"] >= figures[f"E{suffix}"] - slack
-    assert figures["E"] >= max(figures["E_forward"], figures["E_backward"], figures["M"], figures["B"]) - slack
-    assert figures["R"] >= max(figures["R_forward"], figures["R_backward"], figures["B"]) - slack
-    assert figures["B"] >= abs(figures["B_mean"]) - slack
-    assert figures["pp"] >= figures["max_repeat"] - slack
-    assert figures["max_repeat"] >= figures["B"] - slack
-
-
-@given(complete_tests())
-@settings(max_examples=40, deadline=None)
 def test_laser_file_gives_runs_and_directions_back(readings):
     file = FOLDER / "z.dat"
     write_laser_file(file, readings)

@@ -2,9 +2,9 @@
 
 import bisect
 
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import given, settings, strategies as st
 
-from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, LatheNetwork, UnidirectionalTable
+from rtec.predictors import FORWARD, REVERSE, BidirectionalTable, UnidirectionalTable
 
 POSITIONS = st.lists(st.integers(-(10**6), 10**6), min_size=2, max_size=40, unique=True).map(
     lambda whole: [n / 1000 for n in sorted(whole)]
@@ -49,13 +49,3 @@ def test_backlash_is_the_same_everywhere(positions, errors, backlash, x):
         positions_mm=positions, errors_mm=errors[: len(positions)], backlash_mm=backlash / 1000
     )
     assert abs(float(table.error_mm(x, REVERSE) - table.error_mm(x, FORWARD)) - backlash / 1000) < 1e-12
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.floats(30.0, 1000.0), st.sampled_from([FORWARD, REVERSE]))
-def test_the_lathe_has_no_jump_but_at_the_multiples_of_the_pitch(x, direction):
-    lathe = LatheNetwork()
-    apart = min(x % 6.35, 6.35 - x % 6.35)
-    assume(apart > 1e-6)
-    near = lathe.error_mm([x, x + 5e-7], direction)
-    assert abs(near[1] - near[0]) < 1e-7

@@ -1,18 +1,12 @@
-"""Both sides of the handshake against plain models, and both together over links with any latency."""
+"""Both sides of the handshake against plain models; test_machine_rest.py has both together over any latency."""
 
 from dialogue import Answer, BoxSide, PcSide
 from handshake_oracle import BoxWords, PcWords
-from hypothesis import Phase, given, settings, strategies as st
+from hypothesis import settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
-from rtec._jit import new_record
-from rtec.link import _kernels as link
-from rtec.requester import _box_kernels as box_kernels, _pc_kernels as pc_kernels
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
-
-compiles = settings(deadline=None)
-MS = 10**9
 
 
 class BoxIsTheOracle(RuleBasedStateMachine):
@@ -116,113 +110,3 @@ TestBoxIsTheOracle = BoxIsTheOracle.TestCase
 TestPcIsTheOracle = PcIsTheOracle.TestCase
 TestBoxIsTheOracle.settings = settings(deadline=None, max_examples=60, stateful_step_count=40)
 TestPcIsTheOracle.settings = settings(deadline=None, max_examples=100, stateful_step_count=40)
-
-
-@st.composite
-def handshakes(draw):
-    box_period = draw(st.sampled_from([1, 2, 5])) * MS
-    pc_period = draw(st.sampled_from([3, 10, 50])) * MS
-    latency = draw(st.integers(0, 15 * min(box_period, pc_period)))
-    return HandshakeSettings(
-        window_steps=draw(st.integers(1, 4)),
-        box_period_ps=box_period,
-        pc_period_ps=pc_period,
-        latency_ps=latency,
-        update_ps=draw(st.sampled_from([0, 20 * 10**6])),
-        retry_ps=draw(st.sampled_from([50 * 10**6, 300 * 10**6])),
-    )
-
-
-class Pair:
-    """Box and PC over two mailboxes, each at its own pace; the injector inserts at once."""
-
-    def __init__(self, handshake, limit, *, box_first_ps, pc_first_ps):
-        self.handshake = handshake
-        self.box, self.pc = new_record(box_kernels.BOX), new_record(pc_kernels.PC)
-        self.down, self.up = new_record(link.MAILBOX), new_record(link.MAILBOX)
-        for mailbox in (self.down, self.up):
-            link.mailbox_reset(mailbox)
-            mailbox.latency_ps = handshake.latency_ps
-        handshake.fill_box(self.box)
-        handshake.fill_pc(self.pc, count_mm=0.001, step_counts=1, word_limit=limit)
-        box_kernels.box_reset(self.box, box_first_ps)
-        pc_kernels.pc_reset(self.pc, pc_first_ps)
-        self.log = []  # (time, who, what)
-
-    def run(self, until_ps, deviation, orders=None):
-        orders = list(orders or [])
-        box, pc = self.box, self.pc
-        while (t := int(min(box.next_ps, pc.next_ps))) < until_ps:
-            while orders and orders[0][0] <= t:
-                orders.pop(0)[1](pc)
-            if box.next_ps == t:
-                before = int(box.accepted)
-                large = bool(self.down.word1 & box_kernels.LARGE_CORRECTION)
-                box_kernels.box_tick(box, self.down, self.up, t, 0, before)
-                large = large or bool(self.down.word1 & box_kernels.LARGE_CORRECTION)
-                self.log.append((t, "read", int(self.down.word0), before, int(box.accepted), large))
-            else:
-                pc_kernels.pc_start(pc, self.down, t)
-                if pc_kernels.pc_read(pc, self.up, t):
-                    pc_kernels.pc_request(pc, self.down, t, deviation(t))
-                    self.log.append((t, "asked", int(pc.sent), int(pc.accepted), int(pc.status), 0))
-                assert pc.next_ps > t
-
-
-@settings(deadline=None, max_examples=40, phases=[Phase.explicit, Phase.reuse, Phase.generate])
-@given(
-    handshakes(),
-    st.sampled_from([0, 3, 10, 127]),
-    st.lists(st.tuples(st.integers(0, 600), st.integers(-30, 30)), min_size=1, max_size=5),
-    st.lists(st.integers(0, 600), max_size=2),
-    st.integers(0, 3 * 10**9),
-)
-def test_the_pair_always_gets_there_and_never_doubts(handshake, limit, wishes, large_at, pc_first_ps):
-    """Over any latency: no request is doubted, none moves before the last was sampled, the goal is reached."""
-    pair = Pair(handshake, limit, box_first_ps=300_000_000, pc_first_ps=pc_first_ps)
-    wishes = sorted(wishes)
-
-    def deviation(t):
-        past = [um for at, um in wishes if at * MS <= t]
-        return (past[-1] if past else 0) * 0.001
-
-    def allow_large_correction(pc):
-        pc.large_meant = 1
-
-    last = 600 * MS
-    turns = 60 // handshake.window_steps + 10
-    slowest = handshake.pc_period_ps + 2 * handshake.latency_ps + 2 * handshake.box_period_ps
-    end = last + turns * (slowest // handshake.pc_period_ps + 1) * handshake.pc_period_ps
-    pair.run(end, deviation, [(at * MS, allow_large_correction) for at in sorted(large_at)])
-    box, pc = pair.box, pair.pc
-    assert (int(box.refused), int(box.state), int(pc.state)) == (0, box_kernels.RUNNING, pc_kernels.ACTIVE)
-    goal = max(-limit, min(limit, wishes[-1][1]))
-    assert int(box.accepted) == int(pc.sent) == goal
-    assert int(pc.beyond_word) == abs(wishes[-1][1] - goal)
-    assert (int(pair.up.lost), int(pair.down.lost)) == (0, 0)
-    sent, read = 0, []
-    for t, who, word, accepted, after, large in pair.log:
-        if who == "read":
-            read.append(word)
-            assert abs(after - accepted) <= handshake.window_steps or large
-        else:
-            assert word == sent or sent in read or sent == 0, t
-            if word != sent:
-                read = []
-            sent = word
-            assert abs(word) <= limit
-
-
-@compiles
-@given(st.integers(1, 3), st.integers(-40, 40).filter(lambda um: abs(um) > 4))
-def test_a_glitch_of_two_readings_is_forgiven_and_of_three_is_not(length, by):
-    box = BoxSide(HandshakeSettings())
-    box.home(count=0)
-    box.read(total=2, count=0)
-    for k in range(length):
-        status = box.read(total=2 + by, count=0).status
-        assert status is (Status.I_STILL_DONT_BELIEVE_YOU if k == 2 else Status.I_DONT_BELIEVE_YOU)
-    answer = box.read(total=3, count=0)
-    assert (answer.accepted, answer.status) == (
-        (3, Status.OK) if length < 3 else (2, Status.I_STILL_DONT_BELIEVE_YOU)
-    )

@@ -1,52 +1,26 @@
 """Evidence beyond right and wrong: periods, coverage, calibration, and games that are written down and compared."""
 
 import dataclasses
-import itertools
 import json
-import math
 
 import pytest
 
 from rtec.blind.answer import Answer, Rule
 from rtec.blind.confusion import confusion
 from rtec.blind.game import play
-from rtec.blind.hidden import Hidden, Parameter, Secret
 from rtec.blind.line import Line
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import OF_AIR, OF_HEAT, Scenario
 from rtec.dataset.load import load_dataset
 from rtec.effects import effect_named
-from rtec.errors import FileFormatError
 from rtec.inference.compare import compare
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Value
-from tools.evidence import (
-    TRUTHS,
-    Belief,
-    Evidence,
-    ExaminedGame,
-    Figure,
-    Wave,
-    beliefs_of,
-    deciles_of,
-    evidence,
-    figures_of,
-    waves_of,
-)
-from tools.record import appending, comparison, game_line, going_on, mcnemar, paired, read_games
+from tools.evidence import TRUTHS, Belief, Evidence, ExaminedGame, Figure, Wave, deciles_of, evidence, figures_of
+from tools.record import appending, game_line, going_on, read_games
 
 GAME = ExaminedGame(trial=0, seed=1, plan="base", hidden="nothing", said="NONE", right=True, examined=Evidence())
-
-
-def secret(name, **numbers):
-    parameters = tuple(Parameter(key, value, "") for key, value in numbers.items())
-    hidden = Hidden(name=name, description="", parameters=parameters, rms_sigma=3.0)
-    return Secret(effects=(hidden,), noise="white", sigma_um=2.0, seed=0, plan="base", outside=())
-
-
-def answer(name, *values, **more):
-    return Answer("NAMED", (name,), values=((name, values),), **more)
 
 
 def wave(found, error=None):
@@ -56,31 +30,6 @@ def wave(found, error=None):
 def test_a_period_is_right_within_half_a_percent_or_two_and_a_half_errors():
     assert [wave(20.1).right, wave(20.11).right, wave(19.9).right] == [True, False, True]
     assert [wave(20.5, 0.2).right, wave(20.51, 0.2).right, wave(20.1, 0.001).right] == [True, False, True]
-
-
-def test_a_multiple_is_told_from_a_wrong_period():
-    assert [wave(period).multiple for period in (20.0, 40.1, 59.9, 50.0, 10.0)] == [False, True, True, False, False]
-
-
-def test_only_what_was_hidden_and_named_is_evidence():
-    hidden = secret("cyclic", period=20.0, amplitude=3.0)
-    period = Value("period", 20.05, 0.1, "mm")
-    assert waves_of(answer("cyclic", period), hidden) == (
-        Wave(effect="cyclic", found_mm=20.05, error_mm=0.1, truth_mm=20.0),
-    )
-    assert waves_of(answer("drift", period), hidden) == ()
-    assert waves_of(answer("cyclic", period), secret("drift", rate=1.0)) == ()
-    assert waves_of(answer("cyclic", Value("period", 20.05, math.nan, "mm")), hidden)[0].error_mm is None
-
-
-def test_numbers_are_compared_in_the_same_unit_and_with_the_same_sign():
-    hidden = secret("backlash", play=12.0)
-    found = figures_of(answer("backlash", Value("backlash", -12.5, 0.3, "um")), hidden)
-    assert found == (Figure(name="backlash.backlash", found=-12.5, error=0.3, truth=-12.0),)
-    assert found[0].covered
-    assert not dataclasses.replace(found[0], error=0.2).covered
-    assert figures_of(answer("backlash", Value("backlash", -0.0125, 0.3, "mm")), hidden) == ()
-    assert figures_of(answer("backlash", Value("backlash", -12.5, None, "um")), hidden) == ()
 
 
 PLAN_OF = dict.fromkeys(OF_HEAT, "temperature") | dict.fromkeys(OF_AIR, "weather")
@@ -104,13 +53,6 @@ def test_the_game_and_the_library_mean_the_same_numbers(name):
     for one in numbers.values():
         # the library smooths a log, and with it the steps of dry friction
         assert one.found == pytest.approx(one.truth, rel=0.15)
-
-
-def test_probabilities_are_those_of_what_was_accepted():
-    told = Answer("UNKNOWN", ("drift", "scale", "offset"), probability={"drift": 0.9, "offset": 1.0, "cyclic": 0.2})
-    assert beliefs_of(told, secret("drift", rate=1.0)) == (Belief(effect="drift", probability=0.9, right=True),)
-    assert not beliefs_of(told, secret("scale", scale=1.0))[0].right
-    assert beliefs_of(Answer("NAMED", ("drift",)), secret("drift", rate=1.0)) == ()
 
 
 def test_tenths_are_calibrated_where_there_are_a_hundred_cases():
@@ -141,20 +83,11 @@ def test_evidence_counts_right_answers_for_numbers_and_all_games_for_probabiliti
     assert "The diagnosis gave no probability." in empty
 
 
-def test_mcnemar_is_two_sided_and_exact():
-    assert mcnemar(0, 0) == 1.0
-    assert mcnemar(1, 9) == mcnemar(9, 1) == pytest.approx(2 * 11 / 1024)
-    assert mcnemar(500, 600) == pytest.approx(0.00284, rel=0.02)  # beyond the largest float
-
-
 LINE = Line(
     title="a line", rule=Rule.NAMED, share=0.5, scenarios=(Scenario(names=("scale",), plan=PLANS["single_pass"]),)
 )
 VALUED = Answer(
-    "NAMED",
-    ("scale",),
-    values=(("scale", (Value("scale", 70.0, 1.0, "um/m"),)),),
-    probability={"scale": 0.99},
+    "NAMED", ("scale",), values=(("scale", (Value("scale", 70.0, 1.0, "um/m"),)),), probability={"scale": 0.99}
 )
 
 
@@ -171,42 +104,3 @@ def test_games_are_written_down_and_not_played_again(tmp_path):
     assert len(asked) == 2
     assert [json.loads(line)["trial"] for line in file.read_text().splitlines()] == [0, 1, 2, 3, 4]
     assert more == confusion([LINE], 5, lambda _: VALUED, play=going_on({}))
-
-
-def test_a_record_of_other_games_is_refused(tmp_path):
-    file = tmp_path / "games.jsonl"
-    assert read_games(file, 0) == {}
-    confusion([LINE], 1, lambda _: VALUED, play=going_on({}, appending(file)))
-    with pytest.raises(FileFormatError, match="not played with --seed 1"):
-        read_games(file, 1)
-    file.write_text(file.read_text() + "{}\n")
-    with pytest.raises(FileFormatError, match="no game"):
-        read_games(file, 0)
-
-
-def test_games_left_out_are_replaced_whether_known_or_not(tmp_path):
-    file = tmp_path / "games.jsonl"
-    line = dataclasses.replace(LINE, above_detectable=True)
-
-    def judge(answers):
-        return lambda _: Answer("NAMED", ("scale",), detectable_um={"scale": next(answers)})
-
-    def play_on(answers, trials, known):
-        given = confusion([line], trials, judge(answers), patience=3, play=going_on(known, appending(file)))
-        return given.scores[0]
-
-    first = play_on(itertools.cycle([99.0, 0.1]), 2, {})
-    assert (first.trials, first.left_out, len(first.games)) == (2, 2, 4)
-    second = play_on(itertools.repeat(0.1), 3, read_games(file, 0))
-    assert (second.trials, second.left_out, len(second.games)) == (3, 2, 5)
-
-
-def test_two_judges_are_compared_on_the_games_that_count_with_both():
-    def games(*rights):
-        return {("a line", n): dataclasses.replace(GAME, trial=n, right=right) for n, right in enumerate(rights)}
-
-    pairs = paired(games(True, True, False, None, True), games(True, False, True, True), ["a line", "another"])
-    assert pairs == [("a line", [(True, True), (True, False), (False, True)]), ("another", [])]
-    rows = comparison(pairs)
-    assert rows[2] == "| a line | 3 | 66.7% | 66.7% | 1 | 1 | 1 |"
-    assert rows[3] == "| another | 0 | none | none | 0 | 0 | 1 |"

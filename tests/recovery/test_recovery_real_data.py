@@ -94,14 +94,3 @@ def test_homing_is_reported_and_left_out():
     orders = sorted(360.0 / found["period"] for found in numbers(row, "cogging"))
     assert any(order == pytest.approx(7.0, abs=0.01) for order in orders)
     assert any(order == pytest.approx(12.0, abs=0.02) for order in orders)
-
-
-def test_the_page_states_steps_bars_and_preprocessing():
-    row = row_of("stage_x, runs")
-    text = real.page([row])
-    assert f"| {row.case.name} | {row.before:.3g} um |" in text
-    assert "≤ 4.3 | missed |" in text
-    assert "row order counts as time" in text
-    assert "held-out file: its runs follow those of stage_x_1-3.csv" in text
-    for name, _, _ in row.steps:
-        assert f"\n| {name} | " in text

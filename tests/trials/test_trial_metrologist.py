@@ -105,21 +105,6 @@ def test_a_workbook_asks_which_sheet(typed, tmp_path):
     assert {key: found[key] for key in "AREMB"} == pytest.approx({key: iso[key] for key in "AREMB"}, rel=1e-9)
 
 
-def test_the_file_of_the_laser(typed, tmp_path):
-    rows = measured(backlash_um=5.0, scale_um_m=-15.0, cyclic_um=0.0, seed=6)
-    targets = TARGETS_MM.tolist()
-    lines = ["HEADER::", "File type  : rtl", "Owner      : Linear", "", "TARGET DATA::", "Targets :"]
-    lines += [" ".join(f"{x:10.3f}" for x in targets), "", "USER-TEXT::", "Machine: VMC 500", ""]
-    lines += ["RUNS::", "Run-count:10", "", "DEVIATIONS::", "Run Target Data:"]
-    for run, way, x, error in rows:
-        lines.append(f"{2 * run - (way > 0):3d} {targets.index(x) + 1:4d} {error:10.2f}")
-    (tmp_path / "y.rtl").write_bytes("\r\n".join([*lines, "", "EOF::", ""]).encode("ascii"))
-    found = json.loads(typed("iso230", "y.rtl", "--json").stdout)
-    _, way, target, error = np.array(rows).T
-    iso = oracle_figures(target, error, way)
-    assert {key: found[key] for key in "AREMB"} == pytest.approx({key: iso[key] for key in "AREMB"}, rel=1e-9)
-
-
 def test_headings_that_rtec_asks_about_are_answered(typed, tmp_path):
     """Each message holds the words to type next."""
     headings = (*HEADINGS[:4], "Prüfpunkt", "Messwert")
@@ -132,23 +117,6 @@ def test_headings_that_rtec_asks_about_are_answered(typed, tmp_path):
     answered = typed("iso230", "z.csv", "--map", "Messwert=actual_mm", "--map", "Prüfpunkt=target_mm", "--json")
     _, way, target, error = np.array(BEFORE).T
     assert json.loads(answered.stdout)["E"] == pytest.approx(oracle_figures(target, error, way)["E"], rel=1e-9)
-
-
-def test_what_cannot_be_is_told_with_its_line(typed, tmp_path):
-    outlier = [*BEFORE]
-    run, way, x, error = outlier[50]
-    outlier[50] = (run, way, x, error + 60.0)
-    (tmp_path / "outlier.csv").write_bytes(spreadsheet(outlier))
-    (tmp_path / "unit.csv").write_bytes(spreadsheet(BEFORE, per_um=0.001, decimals=5))
-    told = typed("iso230", "outlier.csv", "unit.csv").stderr
-    found = f"{error + 60:.2f} µm is far from the other readings at {x:g} mm forward: an outlier?"
-    assert f"outlier.csv: line 56, column deviation ('Abweichung (µm)'): {found}" in told
-    assert "unit.csv: column deviation ('Abweichung (µm)'): the deviations span" in told
-    assert "mm taken for um" in told
-    assert "--map 'Abweichung (µm)=deviation_mm'" in told
-    refused = typed("iso230", "outlier.csv", "--strict", code=2)
-    assert refused.stdout == ""
-    assert "line 56, column deviation" in refused.stderr
 
 
 def test_the_effects_are_named_and_what_changed(typed, tests):

@@ -46,23 +46,17 @@ def test_no_trials_say_nothing():
 
 RIGHT = [
     (Rule.NOTHING, Answer("NONE"), secret(), True),
-    (Rule.NOTHING, Answer("INCONCLUSIVE"), secret(), True),
     (Rule.NOTHING, Answer("UNKNOWN", ("drift",)), secret(), False),
     (Rule.NOTHING, Answer("TIED"), secret(), False),
     (Rule.NAMED, Answer("NAMED", ("scale",)), secret("scale"), True),
     (Rule.NAMED, Answer("NAMED", ("scale", "drift")), secret("scale"), False),
-    (Rule.NAMED, Answer("NAMED", ("drift", "scale")), secret("scale", "drift"), True),
     (Rule.NAMED, Answer("NAMED", ("drift",)), secret("scale", "drift"), False),
     (Rule.NAMED, Answer("UNKNOWN", ("scale",)), secret("scale"), False),
     (Rule.NAMED, Answer("LIKELY", ("scale",)), secret("scale"), False),
-    (Rule.NOTHING, Answer("LIKELY", ("scale",)), secret(), False),
     (Rule.WRONG_NAME, Answer("NONE"), secret(), True),
-    (Rule.WRONG_NAME, Answer("NAMED", ("offset",)), secret(), True),
     (Rule.WRONG_NAME, Answer("NAMED", ("drift",)), secret(), False),
-    (Rule.WRONG_NAME, Answer("LIKELY", ("drift",)), secret(), False),
     (Rule.WRONG_NAME, Answer("UNKNOWN", ("drift",)), secret(), True),
     (Rule.WRONG_NAME, Answer("TIED", (), ("scale", "drift")), secret(), False),
-    (Rule.WRONG_NAME, Answer("TIED", (), (), accepted=("offset",)), secret(), True),
     (Rule.WRONG_NAME, Answer("TIED", (), (), accepted=("drift",)), secret(), False),
     (Rule.WRONG_NAME, Answer("NAMED", ("pitch_map",)), secret("moving_bump"), False),
     (Rule.WRONG_NAME, Answer("NAMED", ("drift",)), secret("drift", "scale"), True),
@@ -70,12 +64,10 @@ RIGHT = [
     (Rule.WRONG_NAME, Answer("NAMED", ("run_offset",)), secret(noise="offsets per run"), True),
     (Rule.UNKNOWN, Answer("UNKNOWN", ("backlash",)), secret("moving_bump"), True),
     (Rule.UNKNOWN, Answer("NAMED", ("pitch_map",)), secret("moving_bump"), False),
-    (Rule.TIED, Answer("TIED"), secret("scale"), True),
     (Rule.TIED, Answer("TIED", (), ("scale", "drift"), "return to the datum"), secret("scale"), True),
     (Rule.TIED, Answer("TIED", (), ("drift", "warm_up"), "return to the datum"), secret("scale"), False),
     (Rule.TIED, Answer("TIED", (), ("scale", "drift"), "use three feeds"), secret("scale"), False),
     (Rule.TIED, Answer("TIED", (), ("backlash", "servo_lag"), "use three Feeds"), secret("backlash"), True),
-    (Rule.TIED, Answer("NAMED", ("scale",)), secret("scale"), False),
 ]
 
 
@@ -110,12 +102,6 @@ def test_trials_are_counted_and_tabulated():
     assert "15.0% to 85.0%" in text
     assert "| hidden \\ answered | scale | TIED | drift |" in text
     assert "| scale | 2 | 1 | 1 |" in text
-
-
-def test_a_line_below_its_bar_is_missed():
-    result = confusion([line(share=0.9)], 2, lambda _: ("NONE", ()))
-    assert not result.scores[0].reached
-    assert "missed" in result.as_markdown()
 
 
 def test_what_is_weaker_than_the_judge_would_find_does_not_count():

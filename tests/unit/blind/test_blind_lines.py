@@ -45,12 +45,6 @@ def test_the_games_of_a_line_stay_the_same(title, digest):
     assert found.hexdigest()[:16] == digest
 
 
-def test_a_trial_draws_the_same_scenario_again():
-    for line in LINES:
-        seed = seed_of(0, line.title, 3)
-        assert line.scenario(3, seed) == line.scenario(3, seed)
-
-
 def test_every_kind_outside_the_library_is_played_as_often():
     title = next(line.title for line in LINES if line.rule is Rule.WRONG_NAME and "3 sigma, drawn" in line.title)
     drawn = Counter(name for game in scenarios(title, 2 * len(OUTSIDE)) for name in game.names)

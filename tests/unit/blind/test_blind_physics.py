@@ -148,7 +148,7 @@ def twisted(released, distance_mm, course):
     return out
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 5])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_wind_up_is_a_first_order_element_along_the_path(seed):
     what, measurement, numbers = added("windup", seed=seed)
     _, secret = play(Scenario(names=("windup",)), seed)
@@ -194,7 +194,7 @@ def test_lost_motion_grows_with_the_rest_before_the_reversal():
 
 
 @pytest.mark.parametrize("name", ["cyclic", "interpolation"])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_periodic_error_comes_back_after_its_period(name, seed):
     error = STATIC[name](BASE, stream(seed, Draw.EFFECT, name))
     period = next(p.value for p in error.parameters if p.name == "period")
@@ -241,7 +241,7 @@ def test_a_chirp_has_no_period(seed):
     assert max(gaps) / min(gaps) > 1.7
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_maps_are_what_they_claim(seed):
     x = grid_of(BASE)
     lead = STATIC["pitch_map"](BASE, stream(seed, Draw.EFFECT, "pitch_map"))

@@ -8,7 +8,7 @@ import pytest
 
 from rtec.blind.game import play
 from rtec.blind.plan import PLANS
-from rtec.blind.scenario import Scenario, scenario_of
+from rtec.blind.scenario import Scenario
 from rtec.blind.sealing import new, reveal, sealed_path
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.metrology import read_measurement
@@ -42,17 +42,6 @@ def test_a_secret_comes_back_whole(data):
     assert [(p.name, p.value, p.unit) for p in shown.effects[0].parameters] == [
         (p.name, p.value, p.unit) for p in secret.effects[0].parameters
     ]
-
-
-def test_neither_file_tells_at_a_glance(tmp_path):
-    for seed in range(30):
-        names = scenario_of(seed).names
-        if names:
-            break
-    file = tmp_path / "data.csv"
-    seal = new(seed, file)
-    for text in (file.read_text(), seal.read_text()):
-        assert not any(name in text for name in names)
 
 
 def test_nothing_is_overwritten_unasked(data):

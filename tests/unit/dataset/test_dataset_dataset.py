@@ -70,13 +70,6 @@ def test_columns_of_a_log_pass_the_filter_of_the_force():
     assert np.abs(data.observed - data.coordinates.direction).max() > 0.05
 
 
-def test_coordinates_are_the_conditions_at_each_row():
-    data = in_motion()
-    np.testing.assert_array_equal(data.coordinates.time_s, np.arange(0, 1003, 10) * 1e-3)
-    np.testing.assert_array_equal(data.coordinates.temperatures["temperature"], 20 + np.arange(0, 1003, 10) * 1e-3)
-    assert data.coordinates.order[:3].tolist() == [0, 10, 20]
-
-
 @pytest.mark.parametrize("shapes", [1, 3, 40])
 def test_a_scan_is_the_columns_of_each_shape(monkeypatch, shapes):
     data, cogging = in_motion(), effect_named("cogging")

@@ -103,15 +103,3 @@ def test_time_as_coordinate_chains_runs_too(load):
     assert data.conditions.time_is_coordinate
     assert data.conditions.revolution is None
     assert not data.has_repeats
-
-
-def test_temperatures_in_any_unit(load):
-    text = "target_mm,deviation_um,temperature_degf,temperature_nut_k\n0,1,68,293.15\n1,2,77,294.15\n2,2,77,295.15\n"
-    data = load(text)
-    np.testing.assert_allclose(data.conditions.temperatures["temperature"], [20, 25, 25], rtol=1e-12)
-    np.testing.assert_allclose(data.conditions.temperatures["temperature_nut"], [20, 21, 22], rtol=1e-12)
-
-
-def test_a_constant_column_loads(load):
-    data = load("target_mm,deviation_um\n" + rows(range(5), [3] * 5))
-    assert np.ptp(data.observed) == 0

@@ -54,12 +54,6 @@ def test_of_many_conditions_some_are_drawn_with_all_their_readings():
     assert "40 of 200 conditions" in part.notes[-1]
 
 
-def test_many_runs_of_many_conditions():
-    part = shortened(measured(runs=100, targets=50), most=1500)
-    assert equal_runs(part) == (ENOUGH_REPEATS, 50)
-    assert "30 of 100 runs, 50 of 100 conditions" in part.notes[-1]
-
-
 def test_cells_are_numbered_anew_and_those_without_repeats_are_told():
     data = measured(runs=3, targets=60).take(np.arange(250))  # the last run is short
     part = shortened(data, most=60)

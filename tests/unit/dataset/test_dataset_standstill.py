@@ -51,15 +51,6 @@ def test_each_standstill_of_a_drive_is_one_row(rate, with_velocity):
     assert any("rows at rest became 7" in note for note in data.notes)
 
 
-def test_weights_of_a_standstill_do_not_hide_friction():
-    time, position, v, _, force = stop_and_go()
-    noisy = v + 0.5 * np.random.default_rng(3).standard_normal(v.size)
-    c = (data := load_dataset(log_of(time, np.round(position, 2), force, noisy))).conditions
-    columns = np.stack([c.velocity, c.direction], axis=1)[c.direction != 0.0]
-    fit = np.linalg.lstsq(columns, data.observed[c.direction != 0.0], rcond=None)[0]
-    np.testing.assert_allclose(fit, [0.5, 8.0], atol=0.35)
-
-
 def test_a_velocity_gives_the_direction_only_where_it_exceeds_its_noise():
     time, position, v, _, force = stop_and_go()
     noisy = v + 8.0 * np.random.default_rng(3).standard_normal(v.size)
@@ -161,12 +152,6 @@ def test_bursts_of_readings_at_each_place():
     assert data.rows == 79
     assert set(data.conditions.direction[:39].tolist()) == {1.0}
     assert set(data.conditions.direction[40:].tolist()) == {-1.0}
-
-
-def test_one_reading_for_each_place_stays_as_it_is():
-    position = 0.3 * np.arange(100.0)
-    data = load_dataset(log_of(5.0 * np.arange(100.0), position, np.cos(position)))
-    np.testing.assert_array_equal(data.conditions.position, position)
 
 
 def test_long_standstills_of_a_deviation_are_thinned_not_merged():

@@ -5,7 +5,7 @@ import pytest
 
 from rtec.effects import Conditions
 from rtec.effects.dead_path import DeadPath
-from rtec.effects.refraction import Refraction, air_sensors, change_of_index, refractivity
+from rtec.effects.refraction import Refraction, air_sensors, refractivity
 from rtec.errors import ArgumentError
 
 SensorShape = Refraction().shape_type
@@ -38,14 +38,6 @@ def test_the_index_is_that_of_the_shop_floor_formula():
     assert refractivity(hpa, degc, percent) == pytest.approx(shop_floor(hpa, degc, percent), abs=1.5e-7)
 
 
-def test_a_micrometre_a_metre_is_four_hectopascal_or_a_kelvin():
-    one = np.ones(2)
-    pressure = refractivity(np.array([1013.25, 1017.0]), 20.0 * one, 50.0 * one)
-    heat = refractivity(1013.25 * one, np.array([20.0, 21.0]), 50.0 * one)
-    assert np.diff(pressure)[0] == pytest.approx(1e-6, rel=0.02)
-    assert np.diff(heat)[0] == pytest.approx(-0.95e-6, rel=0.03)
-
-
 def test_a_laser_without_compensation_counts_its_waves_in_another_air():
     """Half waves on the way, counted in the air there is, and taken for those of the standard."""
     hpa, degc, percent = weather()
@@ -59,14 +51,6 @@ def test_a_laser_without_compensation_counts_its_waves_in_another_air():
     assert found == pytest.approx(shown - x, abs=1.5e-7 * 900.0)
     dead = DeadPath().contribution(c, SensorShape("temperature_air"), [400.0])
     assert dead == pytest.approx(400.0 * (shown / x - 1.0), abs=1.5e-7 * 400.0)
-
-
-def test_what_lacks_is_that_of_standard_air():
-    x, one = np.array([0.0, 500.0]), np.ones(2)
-    c = at(x, np.array([1000.0, 1010.0]))
-    assert air_sensors(c) == [SensorShape()]
-    expected = shop_floor(c.pressure_hpa, 20.0 * one, 50.0 * one) - shop_floor(1013.25, 20.0, 50.0)
-    assert change_of_index(c, SensorShape()) == pytest.approx(expected, abs=2e-8)
 
 
 def test_a_sensor_whose_name_says_air_goes_before_others():

@@ -78,9 +78,8 @@ def test_moments_of_lost_counts(bidirectional, runs):
         assert best_cosine(LostCounts(), c, StepShape(moment), columns, True) >= 0.97
 
 
-@pytest.mark.parametrize("rows", [4000])
-def test_stribeck_speeds(log, rows):
-    c = log(rows)
+def test_stribeck_speeds(log):
+    c = log()
     shapes = Stribeck().shapes(c)
     assert shapes[0].speed < 1.0
     assert shapes[-1].speed == pytest.approx(np.abs(c.velocity).max() / 3, rel=0.02)

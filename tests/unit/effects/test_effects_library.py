@@ -117,35 +117,6 @@ def test_simpler_effects_are_of_the_library_and_observed_alike(effect):
         assert effect_named(name).observable is effect.observable
 
 
-def test_friction_and_mass_are_not_negative():
-    assert {e.name for e in LIBRARY if e.not_negative} == {
-        "inertia",
-        "viscous",
-        "coulomb",
-        "stribeck",
-        "load_friction",
-    }
-    assert {e.name for e in LIBRARY if e.in_time} == {
-        "thermal_growth",
-        "thermal_shift",
-        "warm_up",
-        "warm_up_growth",
-        "run_offset",
-        "refraction",
-        "dead_path",
-        "drift",
-        "lost_counts",
-    }
-    several = {e.name: e.at_most for e in LIBRARY if e.at_most != 1}
-    assert several == {"thermal_growth": 3, "thermal_shift": 3, "lost_counts": 3, "cyclic": 3, "cogging": 4}
-
-
-def test_the_search_knows_effects_by_their_traits():
-    assert {e.name for e in LIBRARY if e.is_map} == {"pitch_map", "backlash_map", "force_map"}
-    assert {e.name for e in LIBRARY if e.is_datum} == {"offset"}
-    assert {e.name for e in LIBRARY if e.is_wave} == {"cyclic", "cogging"}
-
-
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
 def test_a_shape_is_chosen_from_as_many_as_are_tried(effect, everything):
     """At least one; a stated period is one of few, a scanned one of as many as the scan has."""
@@ -215,20 +186,6 @@ def test_variants_hold_the_shape_or_its_wave_and_refits_stay_near_it(effect, eve
             least = getattr(effect.shape_type(), tunable.name)  # 0 of what may be nothing, as an overshoot
             assert min(0.0, least) <= tunable.low <= getattr(variant, tunable.name) < tunable.high
             assert tunable.low > 0.0 or least == 0.0
-
-
-@pytest.mark.parametrize("effect", LIBRARY, ids=identity)
-def test_the_summary_is_for_people(effect, everything):
-    shape = next(iter(effect.shapes(everything)))
-    units = Units("mm", "mm", "s")
-    amplitudes = [0.001] * len(effect.amplitudes(shape, units))
-    lines = effect.summary(shape, amplitudes, units)
-    assert lines
-    assert len({name for name, _, _ in lines}) == len(lines)
-    for name, value, unit in lines:
-        assert re.fullmatch(r"[a-z0-9_]+", name)
-        assert isinstance(value, float)
-        assert isinstance(unit, str)
 
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)

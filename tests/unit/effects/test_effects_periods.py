@@ -7,7 +7,6 @@ import pytest
 from encoder_disc_oracle import deviations
 
 from rtec.effects import Conditions, CyclicShape, MapShape, Units, frequency_grid
-from rtec.effects._periodic import families
 from rtec.effects.cogging import Cogging
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.eccentricity import Eccentricity, EccentricityShape
@@ -127,8 +126,6 @@ def test_a_wave_is_mainly_constant_where_most_runs_meet_one_phase_of_it(runs, ot
             patch.setattr(frequency_grid, "MOSTLY", share)
             assert looks_constant(c, 1 / 0.635) == (share < expected)
     assert not looks_constant(c, 2 / 6.35)
-    again = np.concatenate([x, x[:1561]]), np.concatenate([run, run[:1561]])
-    assert frequency_grid._visited(at(again[0], run=again[1])).size == x.size, "both ways of a run are one visit"
     assert not looks_constant(at(x, run=run, moving=True), 1 / 0.635), "a log dwells where it likes"
     part = np.arange(0, x.size, 7)
     assert looks_constant(replace(c.take(part), whole=c), 1 / 0.635) == looks_constant(c, 1 / 0.635)
@@ -139,29 +136,12 @@ def test_a_family_ends_before_a_harmonic_that_most_targets_see_as_a_constant():
     runs = [first, first, first, first, second]
     run = np.repeat(np.arange(5), [one.size for one in runs])
     c = at(np.concatenate(runs), run=run, screw_pitch=6.35)
-    found = families(c, 2.0 / 6.35, (1, 2))
-    assert max(harmonics for base, harmonics in found if base == pytest.approx(2 / 6.35)) == 4, (
-        "the fifth is 0.635 mm"
-    )
-    assert max(harmonics for base, harmonics in found if base == pytest.approx(1 / 6.35)) == 8
+    found = Cyclic().variants(c, CyclicShape(6.35 / 2))
+    for part, most in ((2, 4), (1, 8)):  # the fifth and the tenth are 0.635 mm
+        assert max(s.harmonics for s in found if s.period == pytest.approx(6.35 / part)) == most
 
 
 # cyclic
-
-
-def test_a_pulley_off_centre_makes_a_cyclic_error():
-    """A cable around a pulley off centre: what a turn lets out, by the geometry of the tangent."""
-    radius, off = 20.0, 0.01
-    theta = np.linspace(0.0, 8 * np.pi, 400)
-    centre = off * np.column_stack([np.cos(theta), np.sin(theta)])
-    slide_at = 1000.0
-    along = slide_at - centre[:, 0]  # the cable leaves the pulley at its lowest point and runs along x
-    let_out = radius * theta + along - along[0]
-    deviation = let_out - radius * theta
-    c = at(radius * theta)
-    columns = Cyclic().columns(c, CyclicShape(2 * np.pi * radius))
-    fit, *_ = np.linalg.lstsq(np.column_stack([columns, np.ones(theta.size)]), deviation, rcond=None)
-    assert fit == pytest.approx([0.0, -off, off], abs=1e-9)
 
 
 def test_waves_that_differ_by_direction():
@@ -239,14 +219,6 @@ def test_the_strongest_line_may_be_a_harmonic_of_its_family():
     assert not any(variant.by_direction for variant in Cyclic().variants(lathe().take(np.arange(1561)), second))
 
 
-def test_harmonics_beyond_the_limit_belong_to_the_whole_pitch():
-    # at ten targets a turn the 2nd to 4th wave of a third of a turn look like the 4th, 1st and 2nd of the turn:
-    # fast waves that nobody saw, and wrong between the targets
-    third = CyclicShape(6.35 / 3)
-    for shape in Cyclic().variants(lathe(), third):
-        assert shape.harmonics / shape.period <= 0.5 / 0.635
-
-
 def test_the_pitch_goes_before_its_fractions_where_both_alias():
     # every 4 mm a turn of 6 mm is seen at three phases, and so are its third, fourth and fifth, which look the same
     assert [s.period for s in Cyclic().shapes(at(4.0 * np.arange(30), screw_pitch=6.0))][-1] == 6.0
@@ -309,16 +281,6 @@ def test_a_line_beside_the_stated_pitch_is_a_line_of_its_own():
     assert Cyclic().tried(c, CyclicShape(102.0)) >= frequencies(c).size
 
 
-def test_a_turn_is_stated_from_nine_tenths_of_it_on():
-    x = np.arange(0.0, 350.0, 10.0)  # 340 degrees
-    c = at(x, unit="deg", revolution=360.0)
-    assert Cogging().doubtful(c, WavesShape(360.0)) is None
-    assert Cogging().doubtful(c, WavesShape(180.0)) is None
-    short = at(x[:32], unit="deg", revolution=360.0)  # 310 degrees
-    assert 360.0 not in [shape.period for shape in Cogging().shapes(short)]
-    assert 180.0 in [shape.period for shape in Cogging().shapes(short)]
-
-
 def test_fractions_of_a_turn_are_not_stated_for_a_joint_that_goes_through_half_of_one():
     joint = at(np.arange(0.0, 200.0, 1.0), unit="deg", revolution=360.0)
     assert "1.7 cycles of 120 deg only" in Cogging().doubtful(joint, WavesShape(120.0))
@@ -378,12 +340,6 @@ def test_whole_cycles_a_turn_are_not_refitted():
     assert Cogging().tunables(ten, WavesShape(360 / 7)) == ()
 
 
-def test_lines_far_from_whole_cycles_stay_where_they_are():
-    long = at(np.linspace(0.0, 3600.0, 5000), unit="deg", revolution=360.0)
-    between = WavesShape(360 / 7.5)
-    assert WavesShape(1 / (1 / between.period), 1) in Cogging().variants(long, between)
-
-
 def test_cogging_of_a_linear_motor_needs_no_turn():
     c = at(np.linspace(0.0, 1200.0, 3000))
     assert WavesShape(12.0, 1) in Cogging().variants(c, WavesShape(12.0))
@@ -425,25 +381,6 @@ def test_signals_of_the_scale_that_are_no_perfect_sine_and_cosine():
 )
 def test_a_signal_period_that_the_targets_do_not_show(bidirectional, change, reason):
     assert reason in Interpolation().untestable(bidirectional(np.arange(21) * 19.7, **change))
-
-
-def test_a_disc_off_centre():
-    radius, off = 25.0, 0.01
-    turned = np.radians(np.linspace(0.0, 700.0, 300))
-    # the head sits at angle 0; the disc's centre goes round the shaft, and the head reads the angle about that centre
-    centre = off * np.column_stack([np.cos(turned + 0.4), np.sin(turned + 0.4)])
-    head = np.array([radius, 0.0]) - centre
-    read = np.unwrap(turned - np.arctan2(head[:, 1], head[:, 0]))
-    deviation = np.degrees(read - turned)
-    c = at(np.degrees(turned), unit="deg", revolution=360.0)
-    shape = EccentricityShape(360.0)
-    columns = Eccentricity().columns(c, shape)
-    fit, *_ = np.linalg.lstsq(columns, deviation, rcond=None)
-    assert np.hypot(*fit) == pytest.approx(np.degrees(off / radius), rel=1e-3)
-    assert np.std(deviation - columns @ fit) < 1e-3 * np.std(deviation)
-    lines = {n: (v, u) for n, v, u in Eccentricity().summary(shape, fit, Units("deg", "deg", "s"))}
-    assert lines["amplitude_1"] == (pytest.approx(82.5, rel=1e-2), "arcsec")
-    assert lines["period"] == (360.0, "deg")
 
 
 def test_an_oval_disc_off_centre_has_a_second_wave():

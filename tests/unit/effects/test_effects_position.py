@@ -9,7 +9,6 @@ import pytest
 from rtec.effects import Conditions, MapShape, Shape, Units
 from rtec.effects.backlash import Backlash
 from rtec.effects.backlash_map import BacklashMap, ReversalMapShape
-from rtec.effects.cosine import Cosine
 from rtec.effects.pitch_map import PitchMap
 from rtec.effects.scale import Scale
 from rtec.effects.windup import Windup, WindupShape
@@ -33,11 +32,7 @@ def conditions(position, direction):
     # the distance counts from the point where the axis turned round, which is the last reading of the way before
     begin = np.concatenate([[position[0]], position[turned]])[np.cumsum(np.append(False, np.diff(direction) != 0))]
     return Conditions(
-        position=position,
-        position_unit="mm",
-        run=run,
-        direction=direction,
-        since_reversal=np.abs(position - begin),
+        position=position, position_unit="mm", run=run, direction=direction, since_reversal=np.abs(position - begin)
     )
 
 
@@ -98,22 +93,6 @@ def test_windup_in_a_log_remembers_every_reversal(settled):
     assert np.abs(forgets - deviation).max() > 0.1 * full
 
 
-def test_windup_in_a_log_begins_anew_with_each_run():
-    position, direction = path([0.0, 30.0, 0.0], step=0.1)
-    both = Conditions(
-        position=np.tile(position, 2),
-        position_unit="mm",
-        run=np.repeat([1, 2], position.size),
-        direction=np.tile(direction, 2),
-        since_reversal=np.zeros(2 * position.size),
-        moving=True,
-    )
-    for settled in (False, True):
-        column = Windup().columns(both, WindupShape(4.0, carried=True, settled=settled))[:, 0]
-        assert column[: position.size] == pytest.approx(column[position.size :])
-        assert column[0] == (0.5 if settled else 0.0)
-
-
 def test_windup_turned_beyond_the_last_reading_has_come_farther(bidirectional):
     c = bidirectional()
     shape = WindupShape(8.0, carried=True, overshoot=1.5)
@@ -137,15 +116,6 @@ def test_a_screw_with_the_wrong_lead(bidirectional):
     assert Scale().contribution(c, Shape(), [0.0001 / 6.35]) == pytest.approx(travelled - c.position, abs=1e-12)
 
 
-def test_a_beam_at_an_angle(bidirectional):
-    c = bidirectional()
-    angle = 2e-3
-    along, across = np.cos(angle), np.sin(angle)
-    read = np.array([along * along * x + across * across * 0.0 for x in c.position])  # reading of the projected move
-    assert Cosine().contribution(c, Shape(), [along**2 - 1]) == pytest.approx(read - c.position, abs=1e-12)
-    assert Cosine().columns(c, Shape()).tolist() == Scale().columns(c, Shape()).tolist()
-
-
 def test_a_map_goes_through_its_nodes_without_a_bend_at_the_ends():
     nodes, values = (0.0, 30.0, 45.0, 100.0), np.array([0.0, 0.004, -0.002, 0.001])
     x = np.linspace(-20.0, 120.0, 14001)
@@ -161,23 +131,6 @@ def test_a_map_goes_through_its_nodes_without_a_bend_at_the_ends():
         inside = (middle > begin + 0.05) & (middle < end - 0.05)
         line = np.polyfit(middle[inside], bend[inside], 1)
         assert bend[inside] == pytest.approx(np.polyval(line, middle[inside]), abs=1e-8)
-
-
-def test_few_targets_get_a_node_each_and_many_get_a_ladder(bidirectional):
-    few = bidirectional(np.array([0.0, 1.0, 5.0, 6.0]))
-    assert [shape.nodes for shape in PitchMap().shapes(few)] == [(0.0, 1.0, 5.0, 6.0)]
-    counts = [len(shape.nodes) for shape in PitchMap().shapes(bidirectional(np.linspace(0.0, 400.0, 41)))]
-    assert counts == [4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 19, 24]
-    for shape in PitchMap().shapes(bidirectional()):
-        assert shape.nodes[0] == 3.0
-        assert shape.nodes[-1] == 397.0
-
-
-def test_a_map_of_the_reversal_error_is_the_distance_of_the_two_curves(bidirectional):
-    c = bidirectional(np.array([0.0, 10.0, 20.0, 40.0]), runs=1)
-    shape = ReversalMapShape((0.0, 10.0, 20.0, 40.0))
-    added = BacklashMap().contribution(c, shape, [0.01, 0.02, 0.04, 0.03])
-    assert added[:4] - added[:3:-1] == pytest.approx([0.01, 0.02, 0.04, 0.03])
 
 
 @pytest.mark.parametrize(("approach", "right"), [("forward_right", 1.0), ("backward_right", -1.0)])
@@ -245,27 +198,16 @@ def test_nodes_that_lie_close_have_names_of_their_own():
     "effect, change, reason",
     [
         (Scale(), {"position": np.full(210, 5.0)}, "one position only"),
-        (Cosine(), {"position": np.full(210, 5.0)}, "one position only"),
         (PitchMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
-        (PitchMap(), {"position": np.full(210, 5.0)}, "1 position only"),
         (PitchMap(), {"revolution": 394.0}, "one turn of a rotary axis closes"),
-        (BacklashMap(), {"revolution": 394.0}, "one turn of a rotary axis closes"),
         (PitchMap(), {"position_unit": "s"}, "time stands for them"),
         (Scale(), {"position_unit": "s"}, "what is proportional to time is a drift"),
         (Backlash(), {"direction": np.ones(210)}, "one direction only"),
-        (Backlash(), {"direction": None}, "one direction only"),
-        (BacklashMap(), {"direction": np.ones(210)}, "one direction only"),
-        (BacklashMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
         (Windup(), {"direction": np.ones(210)}, "one direction only"),
         (Windup(), {"since_reversal": None}, "0 distances within 106 mm after a reversal only"),
         (
             Windup(),
-            {"since_reversal": np.tile([0.0, 1.0, 2.0, 3.0, 3.0 + 1e-12], 42)},
-            "3 distances within 106 mm after a reversal",
-        ),
-        (
-            Windup(),
-            {"since_reversal": np.tile([0.0, 1.0, 2.0, 3.0, 107.0, 200.0], 35)},
+            {"since_reversal": np.tile([0.0, 1.0, 2.0, 3.0, 3.0 + 1e-12, 107.0], 35)},
             "3 distances within 106 mm after a reversal",
         ),
     ],

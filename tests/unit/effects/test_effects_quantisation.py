@@ -13,7 +13,6 @@ def test_rounding_is_that_of_a_counter():
     values = np.array([0.0121, -0.0029, 0.0105001, 5.0])
     whole = [0.012, -0.003, 0.011, 5.0]
     assert values + rounding_error(values, 0.001) == pytest.approx(whole)
-    assert np.abs(rounding_error(np.linspace(-3, 3, 1000), 0.7)).max() <= 0.35 + 1e-12
 
 
 def test_an_axis_that_rests_at_whole_counts_makes_a_sawtooth():

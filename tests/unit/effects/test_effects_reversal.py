@@ -156,14 +156,6 @@ def test_a_run_that_goes_on_remembers_and_one_after_a_pause_does_not():
     assert leaf(log(x, run=run, time_s=pause), settled=True)[half] == 1.0
 
 
-def test_loops_are_looked_for_from_half_the_distance_that_windup_is():
-    c = log(path(0.0, 60.0, 20.0, 50.0, 0.0, 70.0, step=5.0))
-    least = Windup().shapes(c)[0].distance
-    assert [shape.distance for shape in Hysteresis().shapes(c)[:2]] == pytest.approx([least / 2.0] * 2)
-    (free,) = Hysteresis().tunables(c, HysteresisShape(0.6 * least))
-    assert free.low == pytest.approx(least / 2.0)
-
-
 @pytest.mark.parametrize(
     ("effect", "shape"),
     [
@@ -192,10 +184,7 @@ def test_the_number_of_a_run_changes_nothing_in_a_motion_that_goes_on(effect, sh
     [
         (out_and_back(), "no moving data"),
         (log(path(0.0, 50.0, 0.0)), "2 strokes between reversals only: at least 4 needed"),
-        (
-            log(path(0.0, 50.0, 0.0, 50.0, 0.0, 50.0)),
-            "all strokes are of one length: confounded with windup",
-        ),
+        (log(path(0.0, 50.0, 0.0, 50.0, 0.0, 50.0)), "all strokes are of one length: confounded with windup"),
         (log(path(0.0, 50.0, 45.0, 50.0, 0.0, 20.0, 15.0)), None),
     ],
 )

@@ -35,23 +35,6 @@ def test_a_refit_of_the_time_constant_ends_with_the_measurement(bidirectional):
     assert ended.high == c.time_s[-1]
 
 
-def test_a_rod_that_grows_piece_by_piece(bidirectional):
-    room = np.linspace(19.0, 26.0, 210)
-    c = bidirectional(temperatures={"screw": room, "air": np.zeros(210)}, reference_temperature_degc=18.0)
-    grown = [
-        sum(12e-6 * (heat - 18.0) * x / 1000 for _ in range(1000)) for x, heat in zip(c.position, room, strict=True)
-    ]
-    assert ThermalGrowth().contribution(c, GrowthShape("screw"), [12e-6]) == pytest.approx(np.array(grown), rel=1e-9)
-
-
-def test_a_bracket_that_grows_piece_by_piece_and_carries_every_target(bidirectional):
-    room = np.linspace(19.0, 26.0, 210)
-    c = bidirectional(temperatures={"head": room, "air": np.zeros(210)}, reference_temperature_degc=18.0)
-    grown = [sum(11e-6 * (heat - 18.0) * 250.0 / 1000 for _ in range(1000)) for heat in room]
-    found = ThermalShift().contribution(c, HeatShape("head"), [11e-6 * 250.0])
-    assert found == pytest.approx(np.array(grown), rel=1e-9)
-
-
 def test_growth_follows_only_sensors_that_change(bidirectional):
     heat = {"screw": np.linspace(20.0, 25.0, 210), "air": np.full(210, 20.0), "bed": np.linspace(20.0, 20.6, 210)}
     c = bidirectional(temperatures=heat)
@@ -94,22 +77,6 @@ def test_many_readings_are_scanned_in_part_and_the_rest_is_found_around_the_best
     assert near[place + 1] - best.moment == pytest.approx(0.01)
 
 
-def test_equal_times_are_one_moment(bidirectional):
-    c = bidirectional(time_s=np.repeat(np.arange(42.0), 5))
-    moments = [shape.moment for shape in LostCounts().shapes(c)]
-    assert moments == (np.arange(1, 40) + 0.5).tolist()
-
-
-def test_a_slow_creep_of_the_support(bidirectional):
-    c = bidirectional()
-    place, found = 0.0, [0.0]
-    for begin, end in zip(c.time_s[:-1], c.time_s[1:], strict=True):
-        place += 2e-6 * (end - begin)
-        found.append(place)
-    assert Drift().contribution(c, Shape(), [2e-6]) == pytest.approx(np.array(found))
-    assert Drift().contribution(bidirectional(time_s=None), Shape(), [1.0]).tolist() == list(range(210))
-
-
 def test_the_rate_is_one_an_hour_or_a_reading():
     (hourly,) = Drift().amplitudes(Shape(), Units("mm", "mm", "s"))
     assert (hourly.unit, hourly.factor) == ("um/h", 3.6e6)
@@ -131,14 +98,8 @@ def test_the_rate_is_one_an_hour_or_a_reading():
             {"temperatures": {"t": np.linspace(20.0, 25.0, 210)}, "position_unit": "s"},
             "no positions: what grows with them cannot be seen",
         ),
-        (ThermalShift(), {}, "no temperature column"),
         (
             ThermalShift(),
-            {"temperatures": {"t": np.linspace(20.0, 20.02, 210)}},
-            "the temperature changes by 0.02 degC only: at least 0.5 needed",
-        ),
-        (
-            ThermalGrowth(),
             {"temperatures": {"t": np.linspace(20.0, 20.02, 210)}},
             "the temperature changes by 0.02 degC only: at least 0.5 needed",
         ),
@@ -150,9 +111,7 @@ def test_the_rate_is_one_an_hour_or_a_reading():
     ],
 )
 def test_what_the_data_cannot_show(bidirectional, effect, change, reason):
-    assert effect.untestable(bidirectional(**change)) == reason or reason in effect.untestable(
-        bidirectional(**change)
-    )
+    assert reason in effect.untestable(bidirectional(**change))
 
 
 def test_a_step_in_a_log_has_a_gradual_rival(bidirectional):
@@ -179,19 +138,6 @@ def test_a_screw_that_warms_up_grows_from_its_fixed_end(bidirectional):
     found = WarmUpGrowth().contribution(c, WarmShape(tau), [2e-5])
     assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
     assert WarmUpGrowth().amplitudes(WarmShape(tau), Units("mm", "mm", "s"))[0].unit == "um/m"
-
-
-@pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        ({"position": np.zeros(210)}, "one position only"),
-        ({"position_unit": "s"}, "no positions: what grows with them cannot be seen"),
-        ({"time_s": None}, "no time column"),
-        ({}, None),
-    ],
-)
-def test_growth_in_time_needs_positions_and_time(bidirectional, change, why):
-    assert WarmUpGrowth().untestable(bidirectional(**change)) == why
 
 
 def test_the_zero_of_a_run_is_counted_from_that_of_the_first(bidirectional):
@@ -242,10 +188,11 @@ def test_what_grows_may_lag_behind_its_sensor(bidirectional):
 
 
 def test_a_fixed_point_elsewhere_is_growth_from_there(bidirectional):
-    c = bidirectional(temperatures={"screw": np.linspace(18.0, 26.0, 210)})
+    heat = {"screw": np.linspace(18.0, 26.0, 210)}
+    c = bidirectional(temperatures=heat, reference_temperature_degc=19.0)
     shape = GrowthShape("screw", elsewhere=True)
     found = ThermalGrowth().contribution(c, shape, [1.2e-5, -1.2e-5 * 150.0])
-    assert found == pytest.approx(1.2e-5 * (c.position - 150.0) * (c.temperatures["screw"] - 20.0))
+    assert found == pytest.approx(1.2e-5 * (c.position - 150.0) * (c.temperatures["screw"] - 19.0))
     read = {n: (v, u) for n, v, u in ThermalGrowth().summary(shape, [1.2e-5, -1.8e-3], Units("mm", "mm", "s"))}
     assert read["fixed_point"] == (pytest.approx(150.0), "mm")
     assert read["expansion"] == (pytest.approx(12.0), "um/m/K")

@@ -14,11 +14,9 @@ from rtec.inference.answer import (
     SURE,
     adjusted_p,
     newly,
-    probabilities,
     rivalries,
     settled,
     shared,
-    simplest,
     tied_models,
     wrong_signs,
 )
@@ -26,18 +24,12 @@ from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
 
-SCALE, BACKLASH, DRIFT, LAG, CYCLIC, MAP = (
-    effect_named(n) for n in ("scale", "backlash", "drift", "servo_lag", "cyclic", "pitch_map")
-)
+SCALE, BACKLASH, CYCLIC = (effect_named(n) for n in ("scale", "backlash", "cyclic"))
 
 
 def run(data):
     search = Search(Judge(Space(data)))
     return search, search.run(lambda share: None)
-
-
-def at_one_feed(data):
-    return replace(data, conditions=replace(data.conditions, velocity=20.0 * data.conditions.direction))
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
@@ -120,27 +112,6 @@ def test_of_what_is_nearly_as_likely_the_simplest_is_taken_and_what_holds_it_cou
     assert answer is line
     assert known["scale"] > 0.99
     assert known["pitch_map"] > 0.5
-
-
-def test_a_doubtful_second_wave_does_not_take_the_first_with_it():
-    first = lambda x: 0.02 * np.sin(2 * np.pi * x / 31.0)
-    counts = set()
-    for k, size in enumerate(np.linspace(0.2, 1.4, 5) * SIGMA):
-        wave = lambda x, way, t, run, s=size: first(x) + s * np.sin(2 * np.pi * x / 44.7)
-        search, model = run(measured(wave, runs=2, seed=k))
-        answer, _ = settled(search, model)
-        counts.add(answer.names.count("cyclic"))
-    assert counts == {1, 2}
-
-
-def test_what_an_effect_that_is_not_sure_leaves_open_makes_no_other_sure():
-    """Two probabilities that make up one: where one is too small the other does not become certain."""
-    for seed in range(4):
-        search, model = run(at_one_feed(measured(lambda x, way, t, run: 0.0006 * way + 2e-6 * x, seed=seed, runs=2)))
-        answer, _ = settled(search, model)
-        every = probabilities(search, simplest(search, model), answer)
-        for name in answer.names:
-            assert every[name] >= SURE or tied_models(search, answer, name)
 
 
 def test_a_reversal_error_beside_a_drift_is_no_map():

@@ -49,20 +49,6 @@ def test_energy_price_and_margin_of_a_reversal_error():
     assert 0.5 * (root - ERRORS) ** 2 - 0.5 * ERRORS**2 == pytest.approx(WORTH + price)
 
 
-def test_it_shrinks_with_the_root_of_the_readings():
-    few, many = (least_of(measured(runs=runs), Colour()) for runs in (3, 12))
-    for name in ("backlash", "scale"):
-        assert few[name] / many[name] == pytest.approx(2.0, rel=0.05)  # a price grows with the log of the readings
-
-
-def test_correlated_noise_hides_what_is_slow():
-    data = measured()
-    white, slow = least_of(data, Colour()), least_of(data, Colour(0.95, 0.1))
-    for name in ("scale", "drift"):
-        assert slow[name] > 1.3 * white[name]
-    assert slow["cyclic"] > 0.0
-
-
 def test_every_testable_effect_has_one_and_no_other():
     data = measured(runs=4)
     judge = Judge(Space(data))

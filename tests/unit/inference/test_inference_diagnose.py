@@ -18,7 +18,7 @@ from rtec.inference.fit import values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Verdict
 
-SCALE, BACKLASH, CYCLIC = effect_named("scale"), effect_named("backlash"), effect_named("cyclic")
+SCALE = effect_named("scale")
 
 
 def wave(period=47.0, size=0.006):
@@ -75,13 +75,6 @@ def test_tied_backlash_and_lag_at_one_feed():
     assert set(result.experiment.rivals) == {"backlash", "servo_lag"}
 
 
-def test_a_slope_and_a_reversal_error_of_a_single_run_are_no_windup():
-    error = lambda x, way, t, run: 0.005 * way + 5e-5 * x
-    result = diagnose(measured(error, runs=1, targets=41, timed=False))
-    assert "windup" not in result.effects
-    assert result.verdict is not Verdict.UNKNOWN
-
-
 def test_what_is_likely_and_not_sure_is_not_called_nothing():
     """Four passes of eleven targets: noise correlated over half a pass is hardly less likely than the play."""
     result = diagnose(measured(lambda x, way, t, run: 0.0032 * way, runs=2, targets=11, timed=False, seed=7))
@@ -104,13 +97,6 @@ def test_a_reversal_error_is_named_and_the_wind_up_that_would_do_as_well_is_note
         noted, named = noted + bool(notes), named + (result.verdict is Verdict.NAMED)
     assert noted >= 2
     assert named >= 6
-
-
-def test_tied_scale_and_drift_in_one_pass():
-    result = diagnose(measured(lambda x, way, t, run: 1e-4 * x, runs=1, bidirectional=False, targets=41))
-    assert result.verdict is Verdict.TIED
-    assert {"scale", "drift"} <= {c.effect for c in result.candidates if c.tied_with}
-    assert "drift" in result.experiment.text
 
 
 @pytest.mark.parametrize("name", ["reversal_spike", pytest.param("windup", marks=pytest.mark.sweep)])
@@ -227,14 +213,6 @@ def test_exact_repeats_name_what_is_there_and_leave_nothing():
     assert result.unknown is None
 
 
-@pytest.mark.sweep
-def test_exact_repeats_of_something_else_are_unknown():
-    jagged = np.random.default_rng(5).normal(0, 0.02, 42)
-    result = diagnose(measured(lambda x, way, t, run: np.tile(jagged, 5), sigma=0.0))
-    assert result.verdict is Verdict.UNKNOWN
-    assert "run" not in result.unknown.depends_on  # nothing changes from run to run
-
-
 # long logs
 
 
@@ -338,61 +316,13 @@ def test_runs_of_unequal_length_and_missing_readings(tmp_path):
     assert result.noise.from_repeats
 
 
-def test_far_from_zero(tmp_path):
-    run, way, x, deviation = plan()
-    far = written(tmp_path, HEADER, run, way, x, [f"{v + 1e7:.6f}" for v in deviation])
-    result = diagnose(load_dataset(far))
-    assert result.effects == ("offset", "backlash")
-    assert value(result, "offset", "offset").value == pytest.approx(1e7, rel=1e-6), "10 m, in um"
-
-
-def test_fahrenheit(tmp_path):
-    run, way, x, deviation = plan()
-    rise = 2.0 * (run - 1.0)
-    grown = deviation - 5.0 * way + 11.5e-3 * x * rise
-    file = written(tmp_path, HEADER + ",temperature_degf", run, way, x, grown, 68.0 + 1.8 * rise)
-    result = diagnose(load_dataset(file))
-    assert result.effects == ("thermal_growth",)
-    assert value(result, "thermal_growth", "expansion").value == pytest.approx(11.5, abs=1.0)
-
-
-@pytest.mark.parametrize("heat", ["constant", "noise"])
-def test_temperatures_that_explain_nothing(tmp_path, heat):
-    run, way, x, deviation = plan()
-    first = {"constant": 0 * x + 21.0, "noise": np.random.default_rng(0).normal(20, 1, 210)}[heat]
-    header = HEADER + ",temperature_a_degc,temperature_b_degc"
-    result = diagnose(load_dataset(written(tmp_path, header, run, way, x, deviation, first, first)))
-    assert result.effects == ("backlash",)
-    assert ("thermal_growth" in dict(result.not_testable)) is (heat == "constant")
-
-
-def test_one_place_only(tmp_path):
-    run, way = np.repeat(np.arange(1, 10), 2), np.tile([1.0, -1.0], 9)
-    noise = np.random.default_rng(0).normal(0, 2, 18)
-    columns = (run, way, np.full(18, 100.0))
-    nothing = diagnose(load_dataset(written(tmp_path, HEADER, *columns, noise)))
-    assert nothing.effects == ()
-    assert dict(nothing.not_testable)["scale"] == "one position only"
-    assert diagnose(load_dataset(written(tmp_path, HEADER, *columns, noise + 8 * way))).effects == ("backlash",)
-
-
 @pytest.mark.parametrize("rows", [3, 9])
 def test_a_handful_of_readings_names_nothing_for_certain(tmp_path, rows):
-    for seed in range(2):
-        run, way, x, deviation = (column[:rows] for column in plan(seed=seed))
-        for slope in (0.0, 0.1):
-            file = written(tmp_path, HEADER, run, way, x, deviation - 5.0 * way + slope * x)
-            result = diagnose(load_dataset(file))
-            assert result.verdict in (Verdict.INCONCLUSIVE, Verdict.TIED)  # in one pass a slope may be a drift
-            assert set(result.effects) <= ({"scale", "drift"} if slope else set())
-
-
-def test_times_that_stand_still_do_not_make_a_log(tmp_path):
-    for clock in (0 * plan()[0], np.floor(np.arange(210) / 10) * 60.0):
-        data = load_dataset(written(tmp_path, HEADER + ",time_s", *plan(), clock))
-        assert not data.conditions.moving
-        assert data.has_repeats
-    assert diagnose(data).effects == ("backlash",)
+    run, way, x, deviation = (column[:rows] for column in plan())
+    for slope in (0.0, 0.1):
+        result = diagnose(load_dataset(written(tmp_path, HEADER, run, way, x, deviation - 5.0 * way + slope * x)))
+        assert result.verdict in (Verdict.INCONCLUSIVE, Verdict.TIED)  # in one pass a slope may be a drift
+        assert set(result.effects) <= ({"scale", "drift"} if slope else set())
 
 
 def test_a_log_whose_clock_is_coarser_than_its_readings(tmp_path):

@@ -34,7 +34,7 @@ def test_readings_that_are_explained_to_the_last_digit_are_finite():
     assert np.isfinite(best_scales(Sums(np.diag([1.0, 1.0, 0.0]), 10), np.zeros(2, dtype=int), first)[1])
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_best_scales_are_those_of_all_scales(seed):
     """Two blocks: all 13 x 13 pairs."""
     rng = np.random.default_rng(100 + seed)

@@ -9,13 +9,13 @@ from inference_oracle import SIGMA, covariance, measured, one_chain
 from rtec.effects import CyclicShape, MapShape, Observable, Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Colour
-from rtec.inference.fit import fit_model, fitted_terms, opened_model, residual_of, shapes_found, values_of
+from rtec.inference.fit import fit_model, fitted_terms, opened_model, shapes_found, values_of
 from rtec.inference.model import Model, Term
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
 
-SCALE, BACKLASH, CYCLIC, DRIFT, WARM = (effect_named(n) for n in ("scale", "backlash", "cyclic", "drift", "warm_up"))
+SCALE, BACKLASH, CYCLIC, DRIFT = (effect_named(n) for n in ("scale", "backlash", "cyclic", "drift"))
 TILTED = lambda x, way, t, run: 0.010 + 5e-5 * x + 0.004 * way
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
 
@@ -105,10 +105,10 @@ NOISES = ((0.0, 0.0), (0.9, 0.3))
 @pytest.mark.parametrize(("rho", "white"), NOISES, ids=["white", "correlated"])
 def test_two_standard_errors_cover_the_truth(case, rho, white):
     error, choices, truth = CASES[case]
-    share, bias = covered(error, choices, truth, rho=rho, white=white, count=40)
-    # 95.4 % of 40 draws, 3.3 % either way
+    share, bias = covered(error, choices, truth, rho=rho, white=white, count=20)
+    # 95.4 % of 20 draws, 4.7 % either way
     assert share.min() > 0.82
-    assert np.abs(bias).max() < 4.0 / np.sqrt(40)
+    assert np.abs(bias).max() < 4.0 / np.sqrt(20)
 
 
 @pytest.mark.sweep
@@ -120,16 +120,6 @@ def test_two_standard_errors_cover_the_truth_in_93_to_97_of_100():
     assert shares.min() > 0.9  # 0.917 of a scale in correlated noise
     assert shares.max() < 0.995  # 0.989 of a drift in white noise, which may as well be correlated
     assert max(np.abs(bias).max() for _, bias in found) < 4.0 / np.sqrt(1000)
-
-
-SLOW = pytest.mark.xfail(reason="beside noise correlated over 50 of 210 readings two errors of a drift cover 76 %")
-
-
-@pytest.mark.sweep
-@pytest.mark.parametrize("case", ["tilted", pytest.param("in time", marks=SLOW), "wave"])
-def test_two_standard_errors_cover_the_truth_beside_noise_that_is_slow_itself(case):
-    share, _ = covered(*CASES[case], rho=0.98, white=0.1, count=300)
-    assert share.min() > 0.84
 
 
 def test_errors_hold_what_is_not_known_of_the_noise():
@@ -146,20 +136,6 @@ def test_errors_hold_what_is_not_known_of_the_noise():
     expected = 0.5 * one.errors[0] ** 2 + 0.5 * (other.errors[0] ** 2 + moved**2)
     assert both.errors[0] == pytest.approx(np.sqrt(expected))
     assert both.errors[0] > 1.2 * one.errors[0]
-
-
-def test_standard_errors_of_a_period_against_monte_carlo():
-    periods, amplitudes, errors = [], [], []
-    wave = lambda x, way, t, run: 0.004 * np.sin(2 * np.pi * x / 47.0)
-    for seed in range(60):
-        data = measured(wave, at=np.linspace(0, 300, 21), seed=seed, timed=False)
-        term = fit_model(data, model("cyclic", cyclic=None)).terms[0]
-        periods.append(term.shape.period)
-        amplitudes.append(np.hypot(*term.amplitudes[:2]))
-        errors.append([dict(term.shape_errors)["period"], term.errors[0]])
-    assert np.std(periods) / np.mean(np.array(errors)[:, 0]) == pytest.approx(1.0, abs=0.35)
-    assert np.mean(periods) == pytest.approx(47.0, abs=4 * np.std(periods) / np.sqrt(60))
-    assert np.mean(amplitudes) == pytest.approx(0.004, rel=0.05)
 
 
 def test_amplitudes_that_cannot_be_negative_stay_at_zero():
@@ -211,21 +187,6 @@ def test_a_shape_is_looked_for_again_once_the_others_are_known():
         assert period == pytest.approx(47.0, rel=0.02)
 
 
-def test_two_effects_in_time_are_fitted_beside_each_other():
-    warm = lambda x, way, t, run: 0.03 * (1 - np.exp(-t / 300.0)) + 4e-6 * t
-    fitted = fit_model(measured(warm, sigma=1e-4), model("warm_up", "drift"))
-    assert fitted.terms[0].shape.time_constant == pytest.approx(300.0, rel=0.05)
-    assert fitted.terms[0].amplitudes[0] == pytest.approx(0.03, rel=0.05)
-    assert fitted.terms[1].amplitudes[0] == pytest.approx(4e-6, rel=0.1)
-
-
-def test_the_residual_is_what_the_prediction_leaves():
-    data = measured(TILTED)
-    fitted = fit_model(data, model("scale", "backlash"))
-    assert residual_of(data, fitted) == pytest.approx(data.observed - fitted.predict(data))
-    assert residual_of(data, replace(fitted, terms=())) == pytest.approx(data.observed - fitted.datum)
-
-
 def test_values_are_shown_in_the_units_people_use_with_their_errors():
     data = measured(lambda x, way, t, run: 0.008 / 2 * way + 0.01 * np.sin(2 * np.pi * x / 47.0))
     fitted = fit_model(data, model("backlash", "cyclic"))
@@ -259,7 +220,7 @@ def test_errors_of_an_amplitude_and_its_phase_against_monte_carlo():
     for seed in range(40):
         fitted = fit_model(measured(wave, at=np.linspace(0, 300, 21), seed=seed, timed=False), model("cyclic"))
         seen.append({value.name: value for value in values_of(fitted.terms[0], fitted)})
-    for name in ("amplitude_1", "phase_1"):
+    for name in ("period", "amplitude_1", "phase_1"):
         found = [one[name] for one in seen if name in one]
         assert len(found) > 35
         scatter = np.std([value.value for value in found])

@@ -76,14 +76,8 @@ def keeps_the_rules(data):
     return result
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, *(pytest.param(n, marks=pytest.mark.sweep) for n in range(100, 300))])
 def test_no_accepted_effect_fails_its_own_test(seed):
-    keeps_the_rules(game(seed)[0])
-
-
-@pytest.mark.sweep
-@pytest.mark.parametrize("seed", range(100, 300))
-def test_no_accepted_effect_fails_its_own_test_in_many_games(seed):
     keeps_the_rules(game(seed)[0])
 
 
@@ -143,23 +137,14 @@ def test_a_wave_of_few_cycles_that_nobody_stated_is_not_accepted(cycles):
 
 def test_a_wave_at_two_readings_a_cycle_is_not_accepted():
     at = np.linspace(0.0, 300.0, 31)
-    for period in (20.0, 20.3):
-        result = diagnose(measured(lambda x, way, t, run, p=period: 0.01 * np.cos(2 * np.pi * x / p), at=at))
-        assert "cyclic" not in result.effects
+    assert (
+        "cyclic" not in diagnose(measured(lambda x, way, t, run: 0.01 * np.cos(2 * np.pi * x / 20.3), at=at)).effects
+    )
     slower = diagnose(measured(lambda x, way, t, run: 0.01 * np.cos(2 * np.pi * x / 23.0), at=at))
     assert slower.effects == ("cyclic",)
 
 
-@pytest.mark.parametrize("share", [1.5, *(pytest.param(n, marks=pytest.mark.sweep) for n in (0.4, 1.0))])
-def test_a_wave_with_two_harmonics_keeps_its_period(share):
-    error = lambda x, way, t, run: 0.005 * np.sin(2 * np.pi * x / 47.0) + 0.005 * share * np.cos(4 * np.pi * x / 47.0)
-    result = diagnose(measured(error, targets=51, runs=2, seed=0))
-    assert periods(result) == pytest.approx([47.0], rel=0.005)
-    assert result.model.terms[0].shape.harmonics == 2
-
-
-@pytest.mark.sweep
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.sweep) for n in range(1, 40))])
 def test_a_wave_with_two_harmonics_keeps_its_period_whatever_it_is(seed):
     rng = np.random.default_rng(seed)
     period, a, b, phase = rng.uniform(18.0, 58.0), *rng.uniform(3.0, 5.0, 2) * SIGMA, rng.uniform(0, 6.28)

@@ -10,18 +10,15 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.diagnose import diagnose, nothing_testable
 from rtec.inference.finding import Finding, in_order
 from rtec.inference.fit import values_of
-from rtec.inference.judgement import HARD_TO_SEE, _inconclusive, _verdict, judged
+from rtec.inference.judgement import _verdict, judged
 from rtec.inference.model import Model
-from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Outlier, Unknown, Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
 
-SCALE, BACKLASH, CYCLIC, WARM, WINDUP = (
-    effect_named(n) for n in ("scale", "backlash", "cyclic", "warm_up", "windup")
-)
+SCALE, BACKLASH, WINDUP = (effect_named(n) for n in ("scale", "backlash", "windup"))
 ODD = Unknown(depends_on=("run",), period=None, frequency_hz=None, description="")
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 BOTH = [(SCALE, Shape()), (BACKLASH, Shape())]
@@ -64,17 +61,6 @@ def test_named_asks_for_a_floor_from_repeats():
     assert once.noise.floor is None
     assert any("no noise floor" in note for note in once.notes)
     assert "repeat the same targets" in once.experiment.text
-
-
-def test_data_are_inconclusive_where_half_of_the_effects_would_hide():
-    found = finding(measured())
-    floor = noise_floor(found.search.judge, found.model)
-    small, large = 0.9 * HARD_TO_SEE * floor.sigma, 1.1 * HARD_TO_SEE * floor.sigma
-    assert not _inconclusive(found, floor, {"a": small, "b": small, "c": large}, [])
-    assert _inconclusive(found, floor, {"a": small, "b": large, "c": large}, [])
-    assert _inconclusive(found, floor, {}, [])
-    once = finding(measured(runs=1))
-    assert _inconclusive(once, noise_floor(once.search.judge, once.model), {"a": small}, [])
 
 
 def test_an_effect_that_may_be_there_makes_nothing_inconclusive():
@@ -165,12 +151,6 @@ def test_a_parameter_at_its_bound_is_said_to_be(distance, end):
         assert f"is at the {end} that was searched; the true value may lie beyond" in notes[0]
 
 
-def test_a_period_between_two_frequencies_is_at_no_bound():
-    data = measured(lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 59.0))
-    longest = max(shape.period for shape in Space(data).shapes(CYCLIC)[0])
-    assert not any("searched" in n for n in judged(finding(data, [(CYCLIC, CYCLIC.shape_type(longest))])).notes)
-
-
 def test_a_force_with_the_wrong_sign_is_asked_about():
     for sign, asked in ((1.0, False), (-1.0, True)):
         result = diagnose(pushed(sign, seconds=8.0))
@@ -179,31 +159,12 @@ def test_a_force_with_the_wrong_sign_is_asked_about():
         assert ("coulomb" in result.effects) is not asked
 
 
-def test_lack_of_fit_is_told_where_there_are_repeats():
-    assert {name for name, _ in judged(finding(measured())).lack_of_fit} == {"means over repeats"}
-    assert {name for name, _ in judged(finding(measured(runs=1))).lack_of_fit} == {"means of both directions"}
-    assert judged(finding(measured(runs=1, bidirectional=False))).lack_of_fit == ()
-
-
 def test_periods_that_the_targets_cannot_show_are_told_and_shifted():
     at = 15.0 * np.arange(21.0)
     result = judged(finding(measured(at=at), []))
     assert result.unseen_periods == ("15 mm / k",)
     assert "shift the targets by" in result.experiment.text
     assert judged(finding(measured(), [])).unseen_periods == ()
-
-
-def test_cosines_are_those_of_columns_beside_a_constant():
-    data = measured(TILTED, runs=2)
-    result = judged(finding(data, BOTH))
-    names, table = result.cosines.names, result.cosines.cosine
-    assert (table == table.T).all()
-    assert (np.diag(table) == 1.0).all()
-    x, way = data.conditions.position - data.conditions.position.mean(), data.conditions.direction
-    expected = abs(x @ way) / np.linalg.norm(x) / np.linalg.norm(way)
-    # under the noise that was found, which is nearly white
-    assert table[names.index("scale"), names.index("backlash")] == pytest.approx(expected, abs=0.02)
-    assert {"scale", "backlash"} <= set(names)
 
 
 def test_nothing_testable_says_why_of_each_effect():
@@ -231,11 +192,3 @@ def test_runs_that_differ_by_a_constant_each_are_named():
     assert all(abs(v.value - 1e3 * zero[int(v.name[4:])]) < 4.0 * v.error for v in found)
     assert result.noise.sigma == pytest.approx(SIGMA, rel=0.15)
     assert "run_offset" not in diagnose(measured(TILTED, runs=4)).effects
-
-
-def test_two_runs_that_differ_may_as_well_have_lost_counts_between_them():
-    result = diagnose(measured(lambda x, way, t, run: 0.01 * run, runs=2, targets=21))
-    assert result.verdict is Verdict.TIED
-    tied = {c.effect: set(c.tied_with) for c in result.candidates if c.tied_with}
-    assert {"run_offset", "lost_counts"} <= set(tied)
-    assert "at the beginning and the end of each" in result.experiment.text

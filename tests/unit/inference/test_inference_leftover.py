@@ -52,10 +52,6 @@ def test_a_bump_that_only_one_direction_shows_depends_on_both():
     )
 
 
-def test_in_one_direction_it_can_but_depend_on_position():
-    assert left(measured(bump, bidirectional=False))[0].depends_on == ("position",)
-
-
 def test_the_strongest_line_is_that_of_a_dense_scan():
     wave = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 41.0) + bump(x, way, t, run) / 20
     data = measured(wave)

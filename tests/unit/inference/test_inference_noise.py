@@ -42,9 +42,9 @@ def test_noise_within_cells_is_that_of_pooled_variances():
 @pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.9, 0.3)])
 def test_the_floor_does_not_see_what_repeats_and_is_unbiased(rho, white):
     errors = lambda x, way, t, run: 0.02 * way + 0.05 * np.sin(x)
-    found = [floor_of(measured(errors, seed=seed, rho=rho, white=white, runs=6)) for seed in range(40)]
+    found = [floor_of(measured(errors, seed=seed, rho=rho, white=white, runs=6)) for seed in range(20)]
     # of a correlated noise each of the 210 differences counts less: some 60 are independent
-    error = np.sqrt(2 / (60 if rho else 210) / 40)
+    error = np.sqrt(2 / (60 if rho else 210) / 20)
     assert np.mean([f.sigma**2 for f in found]) / SIGMA**2 == pytest.approx(1.0, abs=4 * error)
     assert all(f.from_repeats and f.floor == f.sigma for f in found)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.effects import Observable, Shape, Units, effect_named
+from rtec.effects import Observable, Shape, Units
 from rtec.inference.diagnose import diagnose
-from rtec.inference.probes import MOST_RUNS, changing, probes_of
+from rtec.inference.probes import probes_of
 from rtec.inference.results import Verdict
 
 
@@ -49,24 +49,6 @@ def test_columns_of_no_known_quantity_are_probed_and_for_a_force_temperatures():
     assert "any cabinet" not in names(replace(data, conditions=still)), "less than half a kelvin"
 
 
-def test_runs_are_probed_where_there_are_some_and_not_too_many():
-    assert {"any run and position 5", "any run and direction"} <= set(names(measured(runs=5)))
-    assert [name for name in names(measured(runs=2)) if "run" in name] == ["any run and direction"]
-    assert not any("run" in name for name in names(measured(runs=1)))
-    assert not any("run" in name for name in names(measured(runs=MOST_RUNS + 1, targets=8)))
-    assert not any("direction" in name for name in names(measured(runs=5, bidirectional=False)))
-    log = measured(runs=5)
-    assert names(replace(log, conditions=replace(log.conditions, moving=True))) == []
-
-
-def test_the_probe_of_runs_has_a_column_for_the_direction_of_each():
-    data = measured(runs=4)
-    (probe,) = [probe for probe in probes_of(data) if probe.name == "any run and direction"]
-    expected = np.stack([(data.conditions.run == k) * data.conditions.direction for k in (1, 2, 3, 4)], axis=1)
-    assert (probe.at(data) == expected).all()
-    assert len(probe.amplitudes(Shape(), Units("mm", "mm", "s"))) == 4
-
-
 def test_a_force_is_probed_by_position():
     data = replace(measured(runs=2), observable=Observable.DRIVE)
     found = probes_of(data)
@@ -86,8 +68,8 @@ def test_a_force_is_probed_by_position():
 
 
 def test_a_probe_belongs_to_its_data():
-    data = measured(runs=4)
-    probe = probes_of(data)[0]
+    probe = probes_of(measured(runs=4))[0]
+    assert len(probe.amplitudes(Shape(), Units("mm", "mm", "s"))) == probe.at(measured(runs=4)).shape[1]
     with pytest.raises(ValueError, match="168 rows for 42"):
         probe.at(measured(runs=1))
 
@@ -162,42 +144,6 @@ def test_a_course_in_time_that_comes_and_goes_is_unknown(seed):
     assert result.verdict is Verdict.UNKNOWN
     assert result.effects == ()
     assert result.unknown.depends_on == ("time",)
-
-
-def test_a_course_of_each_run_is_a_smooth_curve_of_each_run():
-    data = measured(runs=4)
-    (probe,) = [probe for probe in probes_of(data) if probe.name == "any run and position 5"]
-    table = probe.at(data)
-    assert table.shape[1] == 4 * 5
-    bent = np.where(data.conditions.run == 3, (data.conditions.position / 300.0) ** 2, 0.0)
-    numbers = np.linalg.lstsq(table, bent)[0]
-    assert np.abs(table @ numbers - bent).max() < 0.05
-    assert np.abs((table @ numbers)[data.conditions.run != 3]).max() < 1e-9
-
-
-def test_what_changes_of_an_effect_is_the_effect_times_position_time_or_run():
-    data = measured(lambda x, way, t, run: 0.004 * way, runs=4)
-    backlash = effect_named("backlash")
-    columns = data.columns(backlash, Shape()).T
-    found = {probe.name: probe for probe in changing(data, backlash, 0.008 * columns[0], columns)}
-    assert set(found) == {"any backlash by position", "any backlash by time", "any backlash by run"}
-    x, way = data.conditions.position, data.conditions.direction
-    slope = found["any backlash by position"].at(data)[:, 0]
-    assert slope == pytest.approx(way / 2 * (x - x.mean()) / x.std())
-    assert found["any backlash by run"].at(data)[:, 2] == pytest.approx(
-        np.where(data.conditions.run == 3, way / 2, 0.0) - way / 8
-    )
-    assert all(probe.builds_on == {"backlash"} for probe in found.values())
-    assert abs(found["any backlash by run"].at(data).sum(axis=1)).max() < 1e-12, "not the effect itself"
-    moving = replace(data, conditions=replace(data.conditions, moving=True))
-    assert changing(moving, backlash, columns[0], columns) == ()
-
-
-@pytest.mark.sweep
-def test_a_reversal_error_that_fades_in_time_is_more_than_backlash():
-    result = diagnose(measured(lambda x, way, t, run: 0.012 * way * np.exp(-t / 800.0)))
-    assert result.verdict is Verdict.UNKNOWN
-    assert "time" in result.unknown.depends_on or "run" in result.unknown.depends_on
 
 
 def test_an_effect_that_changes_only_resembles_its_name():

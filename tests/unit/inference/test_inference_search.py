@@ -22,8 +22,8 @@ from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
 
-NAMES = "scale backlash cyclic pitch_map backlash_map drift windup lost_counts warm_up".split()
-SCALE, BACKLASH, CYCLIC, MAP, REVERSALS, DRIFT, WINDUP, STEP, WARM = (effect_named(n) for n in NAMES)
+NAMES = "scale backlash cyclic pitch_map drift lost_counts".split()
+SCALE, BACKLASH, CYCLIC, MAP, DRIFT, STEP = (effect_named(n) for n in NAMES)
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 
 
@@ -61,7 +61,7 @@ def test_a_search_finds_what_was_planted(error, expected):
 
 @pytest.mark.parametrize(
     ("off", "tilt"),
-    [(1, 0.0), (-1, 1e-4), *(pytest.param(*one, marks=pytest.mark.sweep) for one in ((1, 1e-4), (-1, 0.0)))],
+    [(-1, 1e-4), *(pytest.param(*one, marks=pytest.mark.sweep) for one in ((1, 0.0), (1, 1e-4), (-1, 0.0)))],
 )
 def test_where_one_approach_is_right_no_map_of_the_axis_is_named(off, tilt):
     """Half of a one-sided error is in both curves: a map of the axis and one of reversals would explain it, too."""
@@ -75,7 +75,7 @@ def test_the_search_finds_the_likeliest_of_all_subsets_of_simple_effects():
     """Exhaustively, over effects without shape parameters."""
     import itertools
 
-    for seed, error in enumerate((TILTED, lambda x, way, t, run: 8e-6 * t + 0.004 * way, lambda *a: 5e-5 * a[0])):
+    for seed, error in enumerate((TILTED, lambda x, way, t, run: 8e-6 * t + 0.004 * way)):
         search, model = found_in(measured(error, seed=seed))
         simple = [SCALE, BACKLASH, DRIFT]
         subsets = [s for k in range(4) for s in itertools.combinations(simple, k)]
@@ -83,7 +83,7 @@ def test_the_search_finds_the_likeliest_of_all_subsets_of_simple_effects():
         assert set(model.names) == {e.name for e in best}
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(n, marks=pytest.mark.sweep) for n in (2, 3))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.sweep) for n in (1, 2, 3))])
 def test_every_effect_of_the_model_found_has_earned_its_place(seed):
     rng = np.random.default_rng(seed)
     a, b, c = rng.uniform(0.001, 0.006, 3)
@@ -248,20 +248,6 @@ def test_two_steps_are_as_sure_as_two_steps():
     assert probabilities(search, model)["lost_counts"] > 0.99
 
 
-def test_models_with_waves_one_by_one_are_kept_apart_from_those_with_families():
-    two = lambda x, way, t, run: wave(60.0, 0.02)(x, way, t, run) + wave(30.0, 0.015)(x, way, t, run)
-    search = search_of(measured(two, targets=61, runs=2))
-    nothing = search.judge.score([])
-    most = []
-    for search.neighbours.single in (False, True, False):
-        waves = [
-            shape for m in search.neighbours.children(nothing) for effect, shape in m.choices if effect is CYCLIC
-        ]
-        most.append(max(shape.harmonics for shape in waves))
-    assert most[1] == 1
-    assert most[0] == most[2] > 1
-
-
 @pytest.mark.parametrize(("plan", "gives_way"), [("drive", True), ("soft_drive", False)])
 def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
     data = load_dataset(play(Scenario(names=("coulomb",), plan=PLANS[plan]), 1)[0])
@@ -292,15 +278,6 @@ def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
     )
 
 
-@pytest.mark.sweep
-def test_a_wave_that_grows_along_the_axis_is_not_two_waves():
-    grown = lambda x, way, t, run: 0.012 * (x / 300.0) ** 2 * np.sin(2 * np.pi * x / 33.0)
-    _, model = found_in(measured(grown, targets=61, runs=2))
-    lines = [1.0 / s.period for e, s in model.choices if e.name == "cyclic"]
-    assert all(abs(a - b) * 300.0 >= 1.5 for i, a in enumerate(lines) for b in lines[:i])
-    assert model.names != ("cyclic",)
-
-
 def test_what_a_refit_moved_has_to_earn_its_place_again():
     search = Search(Judge(Space(measured(lambda x, way, t, run: 0.008 * np.sin(2 * np.pi * x / 62.0)))))
     longer = search.judge.score([(CYCLIC, CYCLIC.shape_type(62.0))])
@@ -308,15 +285,8 @@ def test_what_a_refit_moved_has_to_earn_its_place_again():
     assert "cycles of 62 mm only" in search.gate.refused["cyclic"]
 
 
-def test_what_takes_several_effects_grows_beside_a_table_that_explains_it_at_once():
-    both = lambda x, way, t, run: 0.006 * np.sin(2 * np.pi * x / 41.0) + 0.005 * np.cos(2 * np.pi * x / 23.0)
-    _, model = found_in(measured(both, targets=61, runs=2, seed=1))
-    assert model.names == ("cyclic", "cyclic")
-
-
-@pytest.mark.parametrize(
-    ("period", "share", "seed"), [(41.14, 0.52, 3), pytest.param(27.49, 0.6635, 4, marks=pytest.mark.sweep)]
-)
+@pytest.mark.sweep
+@pytest.mark.parametrize(("period", "share", "seed"), [(41.14, 0.52, 3), (27.49, 0.6635, 4)])
 def test_two_periods_nearly_in_a_simple_ratio_are_no_family_of_one(period, share, seed):
     both = lambda x, way, t, run: (
         5e-5 * x

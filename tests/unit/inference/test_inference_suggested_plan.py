@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import measured
 
-from rtec.blind.game import again, play
+from rtec.blind.game import play
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
@@ -156,13 +156,6 @@ def test_no_plan_says_why():
     assert "targets: 3000" in found.reason
 
 
-def test_all_rivals_ask_for_their_experiment():
-    diagnosis = diagnose(game("one_day", ("drift",), strength_sigma=5.0))
-    assert diagnosis.verdict.value == "TIED"
-    assert Ask.OTHER_DAYS in diagnosis.experiment.asks
-    assert suggested_plan(diagnosis).plan.weather is Weather.DAYS
-
-
 def test_a_weight_is_asked_for_where_a_joint_hardly_turned():
     diagnosis = diagnose(game("one_pose", ("viscous",), strength_sigma=5.0))
     assert diagnosis.dataset.observable is Observable.DRIVE
@@ -170,20 +163,6 @@ def test_a_weight_is_asked_for_where_a_joint_hardly_turned():
     assert suggested_plan(diagnosis).plan.span_mm == 360.0
     # over a wider angle a weight could be tested, but does all that one speed's friction does
     assert Ask.WHOLE_TURN in diagnose(game("one_speed", ("viscous",), strength_sigma=5.0)).experiment.asks
-
-
-def test_cogging_once_a_turn_is_no_rival_of_a_weight():
-    turn = ExperimentPlan(
-        reading=Reading.DRIVE,
-        rotary=True,
-        runs=2,
-        span_mm=360.0,
-        strokes=Strokes.FULL,
-        feeds_mm_s=(40.0, 20.0),
-        columns=("time", "velocity", "torque"),
-    )
-    diagnosis = diagnose(load_dataset(again(Scenario(names=("gravity",), plan=PLANS["joint"]), 3, turn)[0]))
-    assert (diagnosis.verdict.value, diagnosis.effects) == ("NAMED", ("gravity",))
 
 
 def test_what_was_recorded_and_came_once_is_varied_without_repeats():

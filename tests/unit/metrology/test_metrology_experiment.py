@@ -53,14 +53,6 @@ def test_a_plan_comes_back_from_its_file(file, plan):
     assert file.read_text().startswith('# measure again, and again "so"\nreading = ')
 
 
-def test_a_long_sentence_is_folded_into_comments(file):
-    write_experiment(file, ExperimentPlan(), "word " * 100)
-    lines = file.read_text().splitlines()
-    assert max(map(len, lines)) <= 118
-    assert sum(line.startswith("# word") for line in lines) > 3
-    assert read_experiment(file) == ExperimentPlan()
-
-
 def test_units_are_those_of_people(file):
     file.write_text(
         '[targets]\nstart = "1 inch"\nend = "0.5 m"\n[runs]\nfeeds = ["1.2 m/min"]\ndwell = "0.1 min"\n'
@@ -101,10 +93,7 @@ def test_units_are_those_of_people(file):
         ('[conditions]\nweather = "rain"\n', "conditions.weather"),
         ('[conditions]\nloads = ["-1 kg"]\n', "conditions.loads: -1 kg is too small"),
         ('[runs]\ndwell = "1 h"\n[targets]\nnumber = 200\n', "duration at rest"),
-        (
-            'reading = "force in motion"\n[runs]\npasses = "forward only"\n',
-            "runs.number: 5 is not valid; use 1",
-        ),
+        ('reading = "force in motion"\n[runs]\npasses = "forward only"\n', "runs.number: 5 is not valid; use 1"),
         ("[runs\n", "plan.toml"),
     ],
 )

@@ -69,13 +69,6 @@ def test_header_run_together_and_wrapped_as_in_figure_4_4(file):
     assert not is_laser_file("Position, 3\n")
 
 
-def test_runs_and_directions_follow_from_the_order(file):
-    file.write_text(rows([1, 2, 3, 3, 2, 1, 1, 2, 3, 3, 2, 1]))
-    readings = read_laser_file(file)
-    assert readings.direction.tolist() == [1, 1, 1, -1, -1, -1] * 2
-    assert readings.run.tolist() == [1] * 6 + [2] * 6
-
-
 def test_unidirectional_runs_jump_back(file):
     file.write_text(rows([1, 2, 3, 1, 2, 3]))
     readings = read_laser_file(file)
@@ -112,7 +105,7 @@ def test_cut_off_in_the_middle_of_a_pass(file, kept, line, words):
     assert caught.value.line == line
 
 
-@pytest.mark.parametrize("cut", range(2, 68))
+@pytest.mark.parametrize("cut", [2, 14, 40, 67])
 def test_cut_off_in_the_middle_of_a_line(file, cut):
     text = rows([1, 2, 3])
     whole = text[: text.rindex("\n", 0, -1) + 1]
@@ -185,31 +178,6 @@ def test_folder_and_missing_file(tmp_path):
         read_laser_file(tmp_path)
     with pytest.raises(FileFormatError, match="no such file"):
         read_laser_file(tmp_path / "none")
-
-
-def test_written_file_reads_back_to_the_last_printed_digit(file):
-    target = np.arange(1, 4.01, 0.025) * 25.4
-    both = np.concatenate((target, target[::-1]))
-    n = target.size
-    readings = Readings(
-        target_mm=np.tile(both, 2),
-        deviation_mm=np.sin(np.arange(4 * n)) * 0.1,
-        direction=np.tile(np.repeat([1, -1], n), 2),
-        run=np.repeat([1, 2], 2 * n),
-        air_temperature_degc=np.full(4 * n, 21.3),
-        air_pressure_kpa=np.full(4 * n, 99.1),
-        material_temperature_degc=np.full(4 * n, 23.0),
-        status=np.arange(4 * n) % 2,
-    )
-    write_laser_file(file, readings)
-    back = read_laser_file(file)
-    np.testing.assert_allclose(back.target_mm, readings.target_mm, atol=0.5e-5 * 25.4)
-    np.testing.assert_allclose(back.deviation_mm, readings.deviation_mm, atol=0.500001e-6 * 25.4)
-    for name in ("direction", "run", "status"):
-        np.testing.assert_array_equal(getattr(back, name), getattr(readings, name))
-    np.testing.assert_allclose(back.air_temperature_degc, 21.3, atol=0.003)
-    np.testing.assert_allclose(back.air_pressure_kpa, 99.1, atol=0.02)
-    np.testing.assert_allclose(back.material_temperature_degc, 23.0, atol=0.003)
 
 
 def test_writer_gives_back_the_printed_rows(file):

@@ -55,8 +55,7 @@ def test_positions_are_written_as_visual_basic_does(start, text):
 
 
 @pytest.mark.parametrize(
-    ("feed", "dwell", "words"),
-    [(50.0, 2, ("F50.", "F2")), (0.1, 99, ("F.1", "F99")), (12.25, 2.5, ("F12.3", "F3"))],
+    ("feed", "dwell", "words"), [(50.0, 2, ("F50.", "F2")), (0.1, 99, ("F.1", "F99")), (12.25, 2.5, ("F12.3", "F3"))]
 )
 def test_feeds_and_dwells_are_written_as_visual_basic_does(feed, dwell, words):
     program = measuring_program(replace(FIGURE_4_3, feed_mm_s=feed * 25.4 / 60, dwell_s=dwell))
@@ -100,32 +99,6 @@ def test_each_check_of_the_macro(name, change):
     assert caught.value.name == name
 
 
-def test_checks_come_in_the_order_of_the_macro():
-    wrong = {
-        "axis": MachineAxis(number=5),
-        "start_mm": 1270,
-        "increment_mm": 0,
-        "dwell_s": 0,
-        "runs": 0,
-        "feed_mm_s": 0 * 25.4 / 60,
-        "overshoot_mm": 0,
-    }
-    corrected = {
-        "axis": MachineAxis(),
-        "start_mm": 25.4,
-        "increment_mm": 25.4,
-        "dwell_s": 2,
-        "runs": 3,
-        "feed_mm_s": 50 * 25.4 / 60,
-    }
-    for key, expected in zip([None, *corrected], ["axis.number", *list(wrong)[1:]], strict=True):
-        if key is not None:
-            wrong[key] = corrected[key]
-        with pytest.raises(ArgumentError) as caught:
-            replace(FIGURE_4_3, **wrong)
-        assert caught.value.name == expected
-
-
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "7", None, True])
 def test_plan_refuses_what_is_no_finite_number(value):
     with pytest.raises(ArgumentError, match="end_mm"):
@@ -158,11 +131,6 @@ def test_parser_reads_the_listing_of_the_thesis():
     assert sum(block.duration_s for block in blocks if isinstance(block, Dwell)) == 2 * (15 * 3 + 2)
     stops = [block.line for block in blocks if isinstance(block, Stop)]
     assert stops == [line for line, text in enumerate(LISTING, 1) if text.startswith(("M00", "M01"))]
-
-
-def test_parser_passes_over_empty_lines_but_counts_them():
-    blocks = parse_program(["G70", "", "G01G59G90G94 (modes)", "  ", "G53Z-1.5F.5"])
-    assert blocks[-1] == Move(5, "Z", -1.5 * 25.4, 0.5 * 25.4 / 60.0)
 
 
 @pytest.mark.parametrize(

@@ -93,19 +93,6 @@ def test_vdi_figures_of_random_readings_against_plain_sums():
         assert vdi_figures(positioning_figures(readings)).to_dict(1.0) == pytest.approx(expected, rel=1e-9)
 
 
-def test_vdi_figures_worked_out_by_hand():
-    # means up 2, 4, down 5, 10; s up sqrt 2, 0, down 0, sqrt 2: middles 3.5, 7, U 3, 6, Ps 3 sqrt 2 at both
-    readings = Readings(
-        target_mm=[0, 10, 10, 0, 0, 10, 10, 0], deviation_mm=[1, 4, 9, 5, 3, 4, 11, 5],
-        direction=[1, 1, -1, -1] * 2, run=[1] * 4 + [2] * 4,
-    )  # fmt: skip
-    root = math.sqrt(2)
-    assert vdi_figures(positioning_figures(readings)).to_dict(1.0) == pytest.approx(
-        {"P": (7 + 3 + 1.5 * root) - (3.5 - 1.5 - 1.5 * root), "Pa": 3.5, "U_max": 6, "U_mean": 4.5,
-         "Ps_max": 3 * root, "Ps_mean": 3 * root}, rel=1e-12,
-    )  # fmt: skip
-
-
 def test_one_direction_or_one_run_has_no_vdi_figures():
     one_way = Readings(target_mm=[0, 1, 0, 1], deviation_mm=[1, 2, 3, 4], direction=[1] * 4, run=[1, 1, 2, 2])
     one_run = Readings(target_mm=[0, 1, 1, 0], deviation_mm=[1, 2, 3, 4], direction=[1, 1, -1, -1], run=[1] * 4)
@@ -152,7 +139,7 @@ def test_drift_of_the_surroundings_acts_as_the_model_says():
     rng, eve, runs = np.random.default_rng(1), 1.0, 5
     target = np.tile([0, 10, 10, 0], runs)
     found = []
-    for _ in range(4000):
+    for _ in range(1500):
         readings = Readings(
             target_mm=target, deviation_mm=rng.uniform(-eve / 2, eve / 2, target.size),
             direction=np.tile([1, 1, -1, -1], runs), run=np.repeat(range(runs), 4),

@@ -1,11 +1,9 @@
 """Tables as people write them: what the layouts of ``foreign_files`` do not reach."""
 
 import io
-import time
 import zipfile
 
 import foreign_files
-import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, FileFormatError
@@ -264,17 +262,3 @@ def test_returns_that_were_not_measured_are_left_out(read):
 def test_a_number_too_long_to_count_runs_is_no_run(read):
     with pytest.raises(FileFormatError, match="no positioning test in the columns"):
         read(f"Target [mm];1 [um];{'9' * 400} [um]\n0;1;2\n10;2;3\n").to_readings()
-
-
-def test_a_long_file_of_ours_costs_a_few_times_what_its_numbers_cost_alone(tmp_path):
-    file = tmp_path / "long.csv"
-    rows = [f"{1 + k // 10000},{1 if k // 5000 % 2 == 0 else -1},{k % 5000 / 10},{k % 7 / 8}" for k in range(50_000)]
-    file.write_text("\n".join(["run,direction,target_mm,deviation_um", *rows, ""]))
-
-    def seconds(work):
-        begun = time.process_time()
-        work()
-        return time.process_time() - begun
-
-    numbers = min(seconds(lambda: np.loadtxt(file, delimiter=",", skiprows=1)) for _ in range(3))
-    assert min(seconds(lambda: read_measurement(file)) for _ in range(3)) < 12 * numbers

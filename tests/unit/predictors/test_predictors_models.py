@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.predictors import LatheNetwork, Model, NoError, Predictor, StepModel
+from rtec.predictors import NoError, StepModel
 from rtec.predictors.binding import bound, bound_curve, rests, sensor_names
 
 
@@ -23,12 +23,6 @@ def not_compiled(numbers, inputs, memory, sd):
 
 
 MODEL = StepModel(function=slope, inputs=("position",), numbers=[0.001])
-
-
-def test_a_model_of_ones_own_is_a_model_and_no_curve():
-    assert isinstance(MODEL, Model)
-    assert not isinstance(MODEL, Predictor)
-    assert isinstance(LatheNetwork(), Model)
 
 
 def test_what_rests_with_the_axis():

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.report import palette
 from rtec.report.appearance import look_of, scale_of
 
 NAMES = ("uncompensated", "table", "original", "a", "b", "c")
@@ -19,11 +15,6 @@ def _luminance(colour: str) -> float:
     channels = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def test_every_row_has_its_own_colour_and_marker():
-    looks = [look_of(name) for name in NAMES]
-    assert len({look.colour for look in looks}) == len({look.marker for look in looks}) == len(NAMES)
 
 
 @pytest.mark.parametrize("name", [*NAMES, "unheard of"])
@@ -50,22 +41,6 @@ def test_lengths_and_feeds_in_each_unit(unit, length, feed):
     assert scale.feed(1270 / 60) == feed
 
 
-@pytest.mark.parametrize("nothing", [None, float("nan"), float("inf")])
-def test_what_is_not_there_is_a_dash(nothing):
-    assert scale_of("um").text(nothing) == scale_of("um").with_unit(nothing) == "–"
-
-
 def test_an_unknown_unit_is_refused_with_the_nearest():
     with pytest.raises(ArgumentError, match="did you mean 'inch'"):
         scale_of("inches")
-
-
-def test_colours_and_lines_of_figures_stand_in_the_palette_alone():
-    folder = Path(palette.__file__).parent
-    stray = [
-        f"{file.relative_to(folder)}: {found.group()}"
-        for file in sorted(folder.rglob("*.py"))
-        if file.name != "palette.py"
-        for found in re.finditer(r"\"#[0-9a-fA-F]{3,8}\"|[\"']white[\"']|=\(0, \(", file.read_text(encoding="utf-8"))
-    ]
-    assert stray == []

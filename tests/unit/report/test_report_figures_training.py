@@ -79,26 +79,6 @@ def test_each_row_has_its_name_and_its_errors_or_says_that_it_has_no_figure(resu
     assert without == [y for y, row in found.items() if row.reason] == [0]
 
 
-def test_the_chosen_spacing_is_ringed_where_the_curve_of_a_table_is_lowest(result, panels):
-    axes = panels["Tables: tried (dots), chosen (ring), judged (×)"]
-    tables = [row for row in result.rows if row.kind is Kind.TABLE]
-    rings = [min(row.tried, key=lambda pair: pair[1]) for row in tables]
-    assert marks(axes, "o") == [pytest.approx((spacing, 1e3 * rms)) for spacing, rms in rings]
-    judged = [pytest.approx((ring[0], 1e3 * row.rms_heldout_mm)) for ring, row in zip(rings, tables, strict=True)]
-    assert marks(axes, "x") == judged
-    assert len(marks(axes, ".")) == sum(len(row.tried) for row in tables)
-
-
-def test_each_training_has_a_curve_in_the_colour_of_its_algorithm(result, panels):
-    axes = panels["network 40"]
-    curves = {line.get_label(): line.get_data()[1] for line in axes.lines}
-    assert sorted(curves) == ["lm", "scg"]
-    for algorithm, curve in curves.items():
-        row = result.named(f"network 40 {algorithm}")
-        assert list(curve) == pytest.approx([1e3 * value for value in row.courses[-1].unseen_mm])
-    assert len({line.get_color() for line in axes.lines}) == 2
-
-
 def test_lines_of_the_best_of_each_kind_go_through_the_readings_in_both_directions(result, panels):
     axes = panels["In the middle, 2 turns of the screw: the best of each kind"]
     best = next(row for row in result.ranked if row.kind is Kind.TABLE)

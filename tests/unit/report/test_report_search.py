@@ -17,8 +17,9 @@ from rtec.inference.model_file import read_model
 from rtec.inference.static_predictor import LeftOut
 from rtec.metrology import MeasuringPlan, Readings, measurement_of_readings, read_measurement
 from rtec.predictors import BidirectionalTable
-from rtec.report.diagnosis import diagnosis_document, verdict_sentence
+from rtec.report.diagnosis import verdict_sentence
 from rtec.report.document import study_document
+from rtec.report.figures_rounds import rounds_figure
 from rtec.report.folder import write_report
 from rtec.report.search import alias_words, rounds_sentence, search_figures, search_of
 from rtec.report.terminal import staircase_table
@@ -77,6 +78,7 @@ def result(make_result, learned):
 
 def test_the_chapter_says_what_was_measured_found_and_believed(result, learned):
     search = search_of(result)
+    assert search.rounds == [] and rounds_figure(learned, None) is None
     assert search.found.sentence == verdict_sentence(learned.diagnosis)
     assert search.facts[0] == ("Program", "25.4 to 76.2 mm every 2.54 mm, 3 bidirectional runs, dwell 6 s")
     assert ("Readings", "126, at rest") in search.facts
@@ -130,26 +132,24 @@ def test_both_rounds_stand_side_by_side_with_what_the_second_cost(make_result, a
     assert np.unique(again.readings.run).tolist() == [1, 2, 3, 4]
 
 
-def test_the_second_round_has_a_figure_and_its_place_on_the_page(make_result, again, tmp_path):
-    names = [figure.name for figure in search_figures(again)]
-    assert names.index("axis-rounds") == names.index("axis-measured") + 1
-    text = write_report(make_result(learned=again, predictor="learned"), tmp_path).read_text("utf-8")
-    assert text.index('id="rounds"') < text.index('id="axis-rounds"') < text.index('id="search"')
-    assert "Measured again" in text
-
-
 def test_a_predictor_that_was_given_has_no_chapter(make_result):
     assert search_of(make_result()) is None
     assert alias_words(make_result()) == ""
 
 
-def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
-    page = write_report(result, tmp_path)
-    assert "Measured again" not in page.read_text("utf-8")
+def test_the_folder_holds_readings_model_and_figures(make_result, again, tmp_path, monkeypatch):
+    figures = search_figures(again)
+    names = [figure.name for figure in figures]
+    assert names.index("axis-rounds") == names.index("axis-measured") + 1
+    monkeypatch.setattr("rtec.report.folder.illustrations", lambda *_: [])
+    page = write_report(make_result(learned=again, predictor="learned"), tmp_path, found=figures)
+    text = page.read_text("utf-8")
+    assert text.index('id="rounds"') < text.index('id="axis-rounds"') < text.index('id="search"')
+    assert "Measured again" in text
     back = read_measurement(tmp_path / "readings" / "calibration.csv").to_readings()
-    assert np.array_equal(back.deviation_mm, learned.readings.deviation_mm)
+    assert np.array_equal(back.deviation_mm, again.readings.deviation_mm)
     model = read_model(tmp_path / "model.toml")
-    assert [term.amplitudes for term in model.terms] == [term.amplitudes for term in learned.diagnosis.model.terms]
+    assert [term.amplitudes for term in model.terms] == [term.amplitudes for term in again.diagnosis.model.terms]
     assert (tmp_path / "figures" / "axis-staircase.svg").stat().st_size > 1000
     assert json.loads((tmp_path / "result.json").read_text())["diagnosis"]["effects"] == ["backlash"]
 
@@ -159,22 +159,10 @@ def test_the_folder_holds_readings_model_and_figures(result, learned, tmp_path):
     order = ["finding", "verdict", "axis", "search", "effects", "left", "judged", "belief", "table", "facts"]
     assert [name for name in ids if name in order] == order
     text = " ".join("".join(tree.itertext()).split())
-    for words in (verdict_sentence(learned.diagnosis), "25.1 µm RMS before", "The PC's model from here on"):
+    for words in (verdict_sentence(again.diagnosis), "25.1 µm RMS before", "The PC's model from here on"):
         assert words in text
     shown = re.search(r"id=\"axis-staircase\".*?</figure>", page.read_text("utf-8"), re.DOTALL)
     assert shown is not None and "data:image/svg+xml;base64," in shown[0]
-
-
-def test_the_document_holds_the_diagnosis_and_the_scores(result, learned):
-    document = study_document(result)
-    assert document["diagnosis"] == diagnosis_document(learned.diagnosis)
-    assert document["model"] == {
-        "predictor": "learned",
-        "left_out": {},
-        "rms_against_truth_um": pytest.approx(1.2),
-        "worst_against_truth_um": pytest.approx(3.1),
-        "steps_against_truth_um": [pytest.approx(25.1), pytest.approx(0.42)],
-    }
 
 
 def test_the_terminals_staircase_fits_eighty_columns(learned):

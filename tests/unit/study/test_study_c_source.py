@@ -175,7 +175,8 @@ def test_single_precision_is_within_its_digits(kind, tmp_path):
 def test_nothing_of_a_library_but_the_exponential_function(precision, tmp_path):
     if shutil.which("nm") is None:
         pytest.skip("no nm")
-    for kind, predictor in PREDICTORS.items():
+    for kind in ("40", "30 + 8", "one way, lines", "both ways, cubics"):
+        predictor = PREDICTORS[kind]
         (tmp_path / "corr.c").write_text("\n".join(source(predictor, precision)) + "\n")
         subprocess.run(["cc", *FLAGS, "-Wdouble-promotion", "-c", "corr.c"], cwd=tmp_path, check=True, timeout=60)
         shown = subprocess.run(["nm", "corr.o"], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60)

@@ -11,13 +11,7 @@ from rtec.inference.model import Model, Term
 from rtec.predictors import BidirectionalTable, UnidirectionalTable
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.study.c_source import compensation_lines
-from rtec.study.compensation import (
-    LINUXCNC_TRIPLETS,
-    MOST_NODES,
-    compensation_of,
-    csv_lines,
-    linuxcnc_lines,
-)
+from rtec.study.compensation import LINUXCNC_TRIPLETS, MOST_NODES, compensation_of, csv_lines, linuxcnc_lines
 
 UNITS = Units("mm", "mm", "s")
 

@@ -8,7 +8,7 @@ import pytest
 from rtec.axis import ProfileShape
 from rtec.errors import FileFormatError, RtecError
 from rtec.injector import Design
-from rtec.predictors import BidirectionalTable, LatheNetwork, NoError, UnidirectionalTable
+from rtec.predictors import BidirectionalTable, LatheNetwork
 from rtec.study import builtin_study, builtin_text, read_study
 
 
@@ -39,38 +39,11 @@ def test_the_builtin_text_reads_back_to_the_builtin_study(tmp_path):
     assert unnamed(read_study(written(tmp_path, builtin_text()))) == builtin_study()
 
 
-def test_windows_line_ends_and_a_byte_order_mark_change_nothing(tmp_path):
-    text = b"\xef\xbb\xbf" + builtin_text().replace("\n", "\r\n").encode()
-    assert unnamed(read_study(written(tmp_path, text))) == builtin_study()
-
-
 def test_keys_left_out_have_the_builtin_values(tmp_path):
     builtin = builtin_study()
     assert unnamed(read_study(written(tmp_path, ""))) == builtin
     study = read_study(written(tmp_path, '[program]\nruns = 2\n[box]\ndesigns = ["b"]\n'))
     assert unnamed(study) == replace(builtin, plan=replace(builtin.plan, runs=2), designs=(Design.B,))
-
-
-def test_the_builtin_study_is_that_of_the_issue():
-    study = builtin_study()
-    assert (study.plan.start_mm, study.plan.end_mm, study.plan.increment_mm) == (25.4, 1016, 0.52 * 25.4)
-    assert (study.plan.dwell_s, study.plan.overshoot_mm) == (6, 0.1 * 25.4)
-    assert study.plan.feed_mm_s == pytest.approx(1270 / 60)
-    assert study.plan.number_of_readings == 760
-    assert (study.encoder.count_mm, study.encoder.home_state) == (0.001, 1)
-    assert study.laser.dwell_s == 4
-    assert study.period_mm == 6.35
-    assert study.handshake.window_steps == 3
-    assert study.handshake.pc_period_ps == 10_000_000_000
-    assert study.handshake.box_period_ps == 1_000_000_000
-    assert study.handshake.reversal_mm == 0.020
-    assert study.designs == tuple(Design)
-    assert isinstance(study.axis_error, LatheNetwork)
-    assert study.learns
-    assert study.model == NoError()
-    assert study.calibration == replace(study.plan, increment_mm=0.635, runs=4)
-    assert study.calibration.number_of_readings == 12_488  # the thesis's
-    assert not any(count % 4 for count in np.round(np.arange(1, 40.1, 0.52) * 25400))  # all in the state of home
 
 
 # every value in a study, and what is said where it is wrong
@@ -91,23 +64,19 @@ REFUSED = [
     ('[encoder]\nphase_error = "60 deg"\nduty_error_a = "40 %"', ["encoder.phase_error", "apart"]),
     ("[conversation]\nwindow = 3", ["unknown key 'conversation'", "one of name, ", "handshake"]),
     ('[axis]\nacceleration = "-1 m/s^2"', ["axis.acceleration: -1 m/s^2 is too small", "to 1000 m/s^2"]),
-    ("[encoder]\nseed = 99999999999999999999", ["encoder.seed"]),
     ('[axis]\ncyclic_period = "-1 mm"', ["axis.cyclic_period"]),
     ('[controller]\ntable_interval = "0 mm"', ["controller.table_interval"]),
+    ('[figures]\nfeeds = ["1e5 mm/s"]', ["figures.feeds"]),
     ('[calibration]\nincrement = "0 inch"', ["calibration.increment", "above zero"]),
     ('[figures]\nspan = "0 mm"', ["figures.span"]),
     ('[servo]\nperiod = "2 ms"', ["servo.period: 2 ms is too large", "to 1 ms"]),
-    ("[servo]\nfeedforward = nan", ["servo.feedforward", "nan"]),
-    ("[servo]\ndeadband = " + "9" * 400, ["servo.deadband", "inf"]),
     ('[program]\nstart = "50 inch"', ["program.start", "below the end"]),
     (
         '[program]\nstart = "0.5 inch"\nincrement = "0.5 inch"',
         ["program.start", "outside the range of", "25.4 to 1016 mm"],
     ),
     ('[program]\nincrement = "0.51 inch"', ["program.increment", "a whole part of the travel"]),
-    ('[program]\nincrement = "0.0001 inch"', ["program.increment", "at most 200000 readings"]),
     ("[program]\nruns = 0", ["program.runs", "1 to 99"]),
-    ("[program]\nruns = " + "9" * 400, ["program.runs", "9..."]),
     ('[program]\nfeed = "51 inch/min"', ["program.feed", "0.1 to 50"]),
     ('[axis]\nmax_speed = "20 mm/s"', ["program.feed", "faster than axis.max_speed", "at most 20 mm/s"]),
     ('[laser]\ndwell = "6 s"', ["laser.dwell: 6 s is not less than program.dwell", "less than 6 s"]),
@@ -115,20 +84,15 @@ REFUSED = [
     ('[controller]\npolicy = "gess"', ["controller.policy", "did you mean 'guess'?"]),
     ('[box]\ndesigns = ["orginal"]', ["box.designs", "did you mean 'original'?"]),
     ('[box]\ndesigns = ["a", "b", "a"]', ["box.designs", "each design once"]),
-    ('[box]\ndesigns = "a"', ["box.designs", "a list"]),
     ("[box]\nprocessor = 8051", ["box.processor", "8051", "fast"]),
     ("[handshake]\nwindow = 0", ["handshake.window"]),
     ('[handshake]\ndata_valid_low = "1 ms"', ["handshake.data_valid_low"]),
     ('[controller]\nfilter_clock = "50.0000005 MHz"', ["controller.filter_clock", "whole number of hertz"]),
     ('[predictor]\nmodel = "learnd"', ["predictor.model", "did you mean 'learned'?"]),
-    (
-        '[calibration]\nincrement = "0.001 inch"',
-        ["calibration.increment", "makes 312008", "at most 50000 readings"],
-    ),
+    ('[calibration]\nincrement = "0.001 inch"', ["calibration.increment", "makes 312008", "at most 50000 readings"]),
     ('[calibration]\ndwell = "3 s"', ["laser.dwell", "not less than calibration.dwell", "less than 3 s"]),
     ("[calibration]\nstart = 1", ["unknown key 'calibration.start'"]),
     ("[figures]\nfeeds = [5]", ["figures.feeds", "unit"]),
-    ('[figures]\nfeeds = ["1e5 mm/s"]', ["figures.feeds"]),
 ]
 
 
@@ -141,14 +105,8 @@ def test_what_is_refused_names_file_key_and_value(tmp_path, text, said):
 
 NO_TOML = [
     (b"\xff\xfe\x00", "UTF-8"),
-    (b"\x89PNG\r\n\x1a\n" + bytes(range(128)), "UTF-8"),
-    (b"name", "Expected"),
-    (b"name = 1\nname = 2", "overwrite"),
-    (b'[program\nruns = 5\nfeed = "', "line 1"),
-    (b"x = " + b"9" * 5000, "digits"),
     (b"x = " + b"[" * 5000, "nested too deeply"),
     (b"#" * 1_000_001, "at most 1000000 bytes"),
-    (b'"' + b"y" * 90_000 + b'" = 1', "unknown key"),
     (b'title = "' + b"y" * 90_000 + b'"', "1 to 200 characters"),
     (b"[figures]\nfeeds = [" + b'"1 mm/s",' * 1001 + b"]", "figures.feeds"),
 ]
@@ -159,7 +117,7 @@ def test_hostile_files_are_refused_in_one_line(tmp_path, text, said):
     assert said in refusal(tmp_path, text)
 
 
-@pytest.mark.parametrize("name", ["none.toml", ".", "x" * 300, "mine.toml/y"])
+@pytest.mark.parametrize("name", ["none.toml", "."])
 def test_what_is_no_file_is_refused(tmp_path, name):
     written(tmp_path, "")
     with pytest.raises(FileFormatError) as caught:
@@ -241,23 +199,11 @@ def test_model_files_that_are_no_predictor_are_refused(tmp_path, text, said):
         assert words in message
 
 
-def test_a_table_with_one_backlash_will_do(tmp_path):
-    (tmp_path / "one.csv").write_text("# backlash: 70 um\nposition_mm,forward_um\n0,0\n1100,50\n")
-    study = read_study(written(tmp_path, '[axis]\nerror = "one.csv"\n[predictor]\nmodel = "lathe"\n'))
-    assert isinstance(study.axis_error, UnidirectionalTable)
-
-
 @pytest.mark.parametrize(
     ("table", "said"),
     [
         (None, ["bad.csv", "no such file"]),
-        ("", ["bad.csv"]),
         ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
-        ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n500,50,90\n", ["bad.csv, line 4", "500"]),
-        ("position_mm,forward_um,reverse_um\n0,0,20\n500,,60\n", ["bad.csv, line 3"]),
-        ("position_mm,forward_um,reverse_um\n0,0,20\n500,nan,60\n", ["bad.csv, line 3", "nan"]),
-        ("position_mm,forward_um,reverse_um\n0,0,20\n500,1e400,60\n", ["bad.csv, line 3", "1e400"]),
-        ("position_mm,foward_um,reverse_um\n0,0,20\n", ["bad.csv, line 1", "did you mean 'forward_um'?"]),
         (
             "position_mm,forward_um,reverse_um\n0,20,0\n1100,20,0\n",
             ["FILE: axis.error", "not below the forward error"],

@@ -8,7 +8,7 @@ import pytest
 from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design, RealEdges
+from rtec.injector import Design
 from rtec.machine import Ending, Growth, Laser
 from rtec.machine.faults import Fault, FaultKind, Trigger
 from rtec.metrology import MeasuringPlan
@@ -214,16 +214,6 @@ def test_a_faulting_controller_is_named():
     assert all(row.readings is None for row in result.rows)
     assert {row.run.ending for row in result.rows} == {Ending.FAULTED}
     assert "stopped by the controller after" in result.rows[0].reason
-    assert not result.good
-
-
-def test_merged_edges_show_in_the_row():
-    plan = replace(small().plan, end_mm=50.8, increment_mm=1.27, runs=2)
-    result = run_study(small(real_edges=RealEdges.MERGE, designs=(Design.A, Design.C), plan=plan))
-    off = {row.name: row.run.audit_counts for row in result.rows}
-    assert off["uncompensated"] == off["table"] == 0
-    assert any(off.values())
-    assert all(row.run.audit == (row.run.audit_counts == 0) for row in result.rows)
     assert not result.good
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
-from rtec.training.parts import FEWEST_PLACES, parts_of, samples_of
+from rtec.training.parts import FEWEST_PLACES, parts_of
 
 
 def dataset(folder, *, targets=40, runs=3, head="run,direction,target_mm,deviation_um", name="m.csv", offset_mm=0.0):
@@ -86,20 +86,3 @@ def test_angles_times_and_readings_without_a_direction_are_refused(tmp_path):
     file.write_text("time_s,deviation_um\n" + "".join(f"{t},{rng.normal():.4f}\n" for t in range(60)))
     with pytest.raises(ArgumentError, match=r"time\.csv"):
         parts_of(load_dataset(file))
-    file = tmp_path / "flat.csv"
-    file.write_text("target_mm,deviation_um\n" + "".join(f"{x},{rng.normal():.4f}\n" for x in rng.permutation(60)))
-    data = load_dataset(file)
-    if data.coordinates.direction is None:
-        with pytest.raises(ArgumentError, match="direction"):
-            parts_of(data)
-    else:
-        assert set(np.sign(samples_of(data)[0].direction)) <= {1.0, -1.0}
-
-
-def test_samples_are_the_readings_in_mm(tmp_path):
-    data = dataset(tmp_path, targets=9, runs=1)
-    samples, rows = samples_of(data)
-    assert rows.tolist() == list(range(18))
-    assert samples.direction.tolist() == [1.0] * 9 + [-1.0] * 9
-    assert samples.position_mm[:3].tolist() == [0.0, 10.0, 20.0]
-    assert np.abs(samples.error_mm).max() < 0.01  # given in micrometres

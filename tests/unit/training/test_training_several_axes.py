@@ -102,21 +102,5 @@ def test_columns_that_contradict_give_one_error(tmp_path, head, third, says):
         _ = load_dataset(written(tmp_path, head=head, third=third)).other_axes_mm
 
 
-def test_a_file_knows_as_many_axes_as_a_bus():
-    from rtec.link.messages import MOST_AXES as ON_A_BUS
-    from rtec.metrology.columns import MOST_AXES
-
-    assert MOST_AXES == ON_A_BUS
-
-
 def test_a_letter_names_an_axis_but_no_number(tmp_path):
     assert load_dataset(written(tmp_path, head="# axis: z\n")).axis is None
-
-
-def test_a_comparison_of_several_axes_has_a_picture(tmp_path):
-    from rtec.report.figures_style import write_figure
-    from rtec.report.figures_training import training_figure
-
-    result = compare_predictors(load_dataset(written(tmp_path)), methods=of(NAMES[:-1]))
-    write_figure(lambda: training_figure(result), tmp_path / "grid.png")
-    assert (tmp_path / "grid.png").stat().st_size > 10_000

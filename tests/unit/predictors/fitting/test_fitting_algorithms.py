@@ -65,8 +65,7 @@ def test_the_watch_ends_it_after_the_epoch(algorithm):
     assert len(run(algorithm, problem(0.05), SHAPE.first_weights(np.random.default_rng(4)), 0)) == 1
 
 
-@pytest.mark.parametrize("method", ["trf", "lm"])
-def test_levenberg_marquardt_ends_where_scipy_does(method):
+def test_levenberg_marquardt_ends_where_scipy_does():
     task = problem(0.02)
     near = np.array([2.8, -4.2, 2.1, 0.4, 1.1, -0.7, 1.1, -0.6, 0.8, 0.1])
     weights, squares = run(Algorithm.LM, task, near, 2000)[-1]
@@ -75,7 +74,7 @@ def test_levenberg_marquardt_ends_where_scipy_does(method):
         task.residual(values)
         return task.net.jacobian(values).T
 
-    peer = least_squares(task.residual, near, jacobian, method=method, ftol=1e-15, xtol=1e-15, gtol=1e-15)
+    peer = least_squares(task.residual, near, jacobian, method="lm", ftol=1e-15, xtol=1e-15, gtol=1e-15)
     assert squares == pytest.approx(2.0 * peer.cost, rel=1e-6)
     assert squares <= 2.0 * peer.cost * (1.0 + 1e-6)
     assert_allclose(task.residual(weights), task.residual(peer.x), rtol=0, atol=1e-3)
@@ -119,7 +118,3 @@ def test_a_target_of_nothing_but_zeros_ends_without_trouble(algorithm):
     squares = [found for _, found in run(algorithm, task, SHAPE.first_weights(np.random.default_rng(8)), 3000)]
     assert min(squares) < 1e-3
     assert np.isfinite(squares).all()
-
-
-def test_every_algorithm_has_a_name_for_people():
-    assert len({algorithm.title for algorithm in Algorithm}) == 4

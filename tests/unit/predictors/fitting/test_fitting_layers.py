@@ -47,19 +47,6 @@ def test_curvature_along_a_direction_is_that_of_second_differences_of_the_loops(
     assert_allclose(net.curvature(weights, along, residual), expected, rtol=1e-4)
 
 
-def test_gradient_is_that_of_finite_differences():
-    shape, given, weights = case(3, (6, 4), rows=20)
-    net = Layers(shape, given)
-    target = np.sin(np.arange(20.0))
-
-    def half_squares(values):
-        return 0.5 * np.sum((net.output(values) - target) ** 2)
-
-    steps = 1e-6 * np.eye(shape.weights)
-    expected = [(half_squares(weights + step) - half_squares(weights - step)) / 2e-6 for step in steps]
-    assert_allclose(net.gradient(weights, net.output(weights) - target), expected, rtol=0, atol=1e-7)
-
-
 @pytest.mark.parametrize("hidden", [(5,), (4, 3)])
 @pytest.mark.parametrize("sign", [None, 0, 1, 2])
 def test_normal_equations_are_products_of_the_jacobian(hidden, sign):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.predictors import NoError
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import Samples, means_over_turns, together
 from rtec.predictors.fitting.training import Design, Effort, train
@@ -58,23 +57,3 @@ def test_a_network_learns_what_another_axis_does():
     alone = Samples(position_mm=check.position_mm, direction=check.direction, error_mm=check.error_mm)
     with pytest.raises(ArgumentError, match="no position_3"):
         alone.left_by(trained.predictor)
-
-
-def test_thirty_and_eight_see_another_axis_and_the_turn():
-    """A cyclic error that is the same on every line, and a mean that another axis changes."""
-    x, y = (
-        each.ravel() for each in np.meshgrid(np.arange(0.0, 60.0, 0.5), np.linspace(0.0, 100.0, 6), indexing="ij")
-    )
-    error = 5e-5 * y + 1e-3 * np.sin(2 * np.pi * x / 5.0)
-    both = Samples(position_mm=x, direction=np.ones(x.size), error_mm=error, others_mm={2: y})
-    trained = train(Design(hidden=(4,), within_turn=4), both, both, Effort(starts=3, epochs=200), pitch_mm=5.0)
-    assert [network.inputs for network in trained.predictor.networks] == [
-        ("position", "direction", "position_2"),
-        ("turn", "direction"),
-    ]
-    assert np.sqrt(np.mean(both.left_by(trained.predictor) ** 2)) < 5e-5
-
-
-def test_a_curve_does_not_look_at_the_other_axes():
-    samples = plane(20, 5)
-    assert samples.left_by(NoError()).tolist() == samples.error_mm.tolist()

@@ -9,12 +9,6 @@ from rtec.errors import ArgumentError
 from rtec.predictors.fitting.samples import Samples, means_over_turns, points_a_turn
 
 
-def both_ways(x, error):
-    """Return readings of ``error(x, way)`` at places in both directions."""
-    position, way = np.tile(x, 2), np.repeat([1.0, -1.0], x.size)
-    return Samples(position_mm=position, direction=way, error_mm=error(position, way))
-
-
 def test_averages_are_those_of_loops_over_places():
     rng = np.random.default_rng(0)
     position = rng.choice([0.0, 2.0, 7.0, 7.5], 60)
@@ -31,24 +25,6 @@ def test_averages_are_those_of_loops_over_places():
 def test_places_number_targets_along_the_axis():
     samples = Samples(position_mm=[5, 0, 5, 9, 0], direction=[1, 1, -1, 1, -1], error_mm=np.zeros(5))
     assert samples.place().tolist() == [1, 0, 1, 2, 0]
-
-
-@pytest.mark.parametrize("step_mm", [0.5, 0.7, 0.313])
-def test_means_over_turns_take_a_wave_away_and_leave_a_slope(step_mm):
-    pitch = 5.0
-    x = 3.0 + np.arange(0.0, 62.0, step_mm)
-
-    def error(position, way):
-        wave = 4e-3 * np.sin(2.0 * np.pi * position / pitch) + 1e-3 * np.sin(4.0 * np.pi * position / pitch + 1.0)
-        return 1e-4 * position + 0.01 * (way < 0) + wave * way
-
-    means = means_over_turns(both_ways(x, error), pitch)
-    assert means.rows == 2 * int((x[-1] - x[0]) / pitch)
-    expected = 1e-4 * means.position_mm + 0.01 * (means.direction < 0)
-    # straight lines between readings lose of a wave what the trapezoid rule loses, times what is cut at the ends
-    assert_allclose(means.error_mm, expected, rtol=0, atol=4e-3 * (step_mm / pitch) ** 2 * 4)
-    forward = means.position_mm[means.direction > 0]
-    assert_allclose(forward, 3.0 + pitch * (np.arange(forward.size) + 0.5), rtol=0, atol=1e-12)
 
 
 def test_means_over_turns_are_exact_for_straight_lines():

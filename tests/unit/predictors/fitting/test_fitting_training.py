@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 from rtec.errors import ArgumentError
 from rtec.predictors.fitting import training
@@ -120,26 +120,6 @@ def test_a_time_limit_ends_it():
     assert Limit(until_s=now + 100.0).first(0.25).until_s == pytest.approx(now + 25.0, abs=1.0)
 
 
-@pytest.mark.parametrize("algorithm", Algorithm)
-def test_errors_that_are_all_the_same_are_learned(algorithm):
-    flat = readings(lambda x, way: np.full(x.size, 0.007))
-    found = train(SMALL, flat, flat, Effort(algorithm=algorithm, starts=1, epochs=400))
-    assert_allclose(found.predictor.error_mm(np.array([3.3, 55.0]), -1), 0.007, rtol=0, atol=1e-2)
-
-
-def test_contradicting_errors_of_one_place_give_their_mean():
-    one, other = readings(), readings(lambda x, way: bow(x, way) + 0.01)
-    both = Samples(
-        **{
-            name: np.concatenate([getattr(one, name), getattr(other, name)])
-            for name in ("position_mm", "direction", "error_mm")
-        }
-    )
-    found = train(SMALL, both, both, Effort(starts=3, epochs=300))
-    off = found.predictor.error_mm(one.position_mm, one.direction) - one.error_mm - 0.005
-    assert np.abs(off).max() < 5e-4
-
-
 def test_a_training_that_diverges_is_one_error(monkeypatch):
     monkeypatch.setattr(training.Shape, "first_weights", lambda shape, rng: np.full(shape.weights, np.nan))
     with pytest.raises(ArgumentError, match="diverged") as caught:
@@ -158,10 +138,7 @@ def test_a_network_for_the_turn_needs_a_pitch():
         train(Design(hidden=(2,), within_turn=3), readings(), readings(), Effort(starts=1))
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("starts", 0), ("epochs", 0), ("patience", -1), ("seed", -1)],
-)
+@pytest.mark.parametrize(("name", "value"), [("starts", 0), ("epochs", 0), ("patience", -1), ("seed", -1)])
 def test_an_effort_that_cannot_be(name, value):
     with pytest.raises(ArgumentError) as caught:
         Effort(**{name: value})

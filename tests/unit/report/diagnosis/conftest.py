@@ -211,8 +211,3 @@ def make_step():
 @pytest.fixture
 def make_comparison():
     return comparison_of
-
-
-@pytest.fixture
-def make_conditions():
-    return static_conditions

@@ -68,11 +68,6 @@ def test_what_is_no_finite_number_is_null(make_diagnosis, make_step, make_noise)
     assert document["noise_floor"] is None and document["rms_heldout"] is None
 
 
-def test_collinear_effects_are_listed_with_their_cosine(make_diagnosis):
-    found = diagnosis_document(make_diagnosis())["look_alikes"]
-    assert found == [{"effects": ["backlash", "windup"], "cosine": 0.98, "nested": False}]
-
-
 def test_parameters_carry_their_unit_and_never_overwrite_each_other():
     values = (
         Value("lag", 1.5, 0.1, "ms"),

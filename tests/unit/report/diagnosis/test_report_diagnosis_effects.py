@@ -7,22 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import (
-    BuildUpShape,
-    Conditions,
-    CyclicShape,
-    Observable,
-    Over,
-    Shape,
-    Units,
-    distance_since_reversal,
-    effect_named,
-)
-from rtec.effects.backlash import Backlash
-from rtec.effects.cyclic import Cyclic
+from rtec.effects import Conditions, Over, Shape, Units, distance_since_reversal, effect_named
 from rtec.inference.model import Model, Term
 from rtec.report.diagnosis.chapters import found_effects
-from rtec.report.diagnosis.effect_panels import MOST_PANELS, effect_panels
+from rtec.report.diagnosis.effect_panels import effect_panels
 from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.terminal import found_table
 from rtec.report.figures_style import figure_style
@@ -76,14 +64,6 @@ def test_a_wave_is_folded_over_its_period_with_everything_else_taken_out(make_di
     assert np.sort(left) == pytest.approx(np.sort(1e3 * (d.dataset.observed - d.model.predict(d.dataset))))
 
 
-def test_backlash_is_two_levels_one_for_each_direction(make_diagnosis):
-    d = make_diagnosis()
-    lines = labelled(drawn(d.dataset, d.model, d.noise)[0])
-    assert np.ptp(lines["model"][1]) == np.ptp(lines["model, backward"][1]) == 0.0
-    assert (lines["model"][1][0], lines["model, backward"][1][0]) == (pytest.approx(6.0), pytest.approx(-6.0))
-    assert lines["forward"][1].mean() == pytest.approx(6.0, abs=0.4)
-
-
 def test_card_table_and_figure_have_the_same_words(make_dataset, make_noise):
     """One place rounds: who compares them finds the same digits."""
     shape = type(effect_named("backlash_map").shapes(make_dataset().conditions)[0])((0.0, 200.0, 400.0))
@@ -111,20 +91,6 @@ def test_what_a_curve_cannot_show_is_drawn_as_the_mean_of_neighbours(make_datase
     model = Model(observe="deviation", units=dataset.units, terms=both)
     x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
     assert x.size <= 150 and (y + x).std() < 0.6  # a lag is negative; of single readings it would be 1
-
-
-def test_friction_is_one_curve_of_force_against_speed(make_dataset, make_noise):
-    c = log()
-    c = replace(c, velocity=np.gradient(c.position, c.time_s))
-    terms = (term("coulomb", BuildUpShape(), 20.0), term("viscous", None, 0.2), term("force_offset", None, 7.0))
-    dataset = make_dataset(conditions=c, terms=terms, observe="force", observable=Observable.DRIVE,
-                           units=Units("n", "mm", "s"), cell=np.full(c.rows, -1))  # fmt: skip
-    model = Model(observe="force", units=dataset.units, terms=terms)
-    axes = drawn(dataset, model, make_noise(sigma=0.001))
-    assert [panel.get_xlabel() for panel in axes[1::2]] == ["velocity (mm/s)", "position (mm)"]
-    x, y = labelled(axes[0])["model"]
-    assert y == pytest.approx(20.0 + 0.2 * x)
-    assert axes[0].get_ylabel() == "without the others (N)" and axes[1].get_ylabel() == "left (mN)"
 
 
 def test_a_loop_in_motion_is_joined_in_the_order_of_its_readings(make_dataset, make_noise):
@@ -169,15 +135,3 @@ def test_what_time_does_is_one_line_whatever_the_direction(make_dataset, make_no
     x, y = labelled(axes[0])["model"]
     assert x.size == dataset.rows and y == pytest.approx(1e3 * 60.0 * x * 1e-5)
     assert "model, backward" not in labelled(axes[0])
-
-
-def test_of_many_effects_the_largest_are_drawn_in_their_order(make_dataset):
-    waves = [
-        Term(effect=Cyclic(), shape=CyclicShape(7.0 + k, 1, False), amplitudes=(1e-3 * (1 + k % 7), 0.0))
-        for k in range(MOST_PANELS + 3)
-    ]
-    back = Term(effect=Backlash(), shape=Shape(), amplitudes=(1.0,))
-    model = Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(*waves, back))
-    panels = effect_panels(make_dataset(), model)
-    assert len(panels) == MOST_PANELS and panels[-1].terms == (back,)
-    assert [panel.terms[0].shape.period for panel in panels[:-1]] == [9.0, 10.0, 11.0, 12.0, 13.0]

@@ -97,9 +97,17 @@ def page_of(folder):
     return ET.fromstring(text.removeprefix("<!DOCTYPE html>").strip()), text  # noqa: S314 - our own page
 
 
-def test_folder_holds_page_pdf_plot_and_numbers(tmp_path):
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Return two tests, and the folder of their report."""
     tests = judged("before.csv"), judged("after.csv", size_mm=0.002, warnings=["line 7: odd"])
-    assert write_positioning(sheet_of(tests, None), tmp_path) == tmp_path / "report.html"
+    folder = tmp_path_factory.mktemp("report")
+    assert write_positioning(sheet_of(tests, None), folder) == folder / "report.html"
+    return tests, folder
+
+
+def test_folder_holds_page_pdf_plot_and_numbers(written):
+    tests, tmp_path = written
     files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     figures = {"figures/positioning.svg", "figures/positioning.png"}
     assert files == {"report.html", "report.pdf", "result.json", *figures}
@@ -114,12 +122,11 @@ def test_folder_holds_page_pdf_plot_and_numbers(tmp_path):
     assert not re.search(r"(?:src|href)=\"(?!data:|#|report\.|result\.|figures/)", text)
 
 
-def test_same_tests_give_the_same_bytes(tmp_path):
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        write_positioning(sheet_of([judged()], None), tmp_path / name)
+def test_same_tests_give_the_same_bytes(written, tmp_path):
+    tests, folder = written
+    write_positioning(sheet_of(tests, None), tmp_path)
     for file in ("report.html", "report.pdf"):
-        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+        assert (tmp_path / file).read_bytes() == (folder / file).read_bytes()
 
 
 def test_uncertainty_stands_in_table_and_sentence(tmp_path):
