@@ -21,6 +21,8 @@ SURE = 0.95
 """Probability that is asked of every effect of the answer."""
 LEVEL = 0.01
 """Of the adjusted probability below which an effect is accepted."""
+AT_END = 0.01
+"""Share by which a shape parameter lies beside the end of what was searched."""
 EQUAL = 3.0
 """Nats: by less the data do not prefer one of two effects (odds of 20 to 1)."""
 
@@ -160,10 +162,28 @@ def _worst(search: Search, best: Scored, model: Scored, every: Mapping[str, floa
             and (tied_models(search, model, name) or _nothing_instead(search, best, model, name) < 1.0 - SURE)
         ):
             return name, f"its probability is {every[name]:.2f}"
+        for what, end in at_ends(search, choice):
+            if end == "shortest":
+                return name, f"its {what} is the shortest that was searched: these readings do not determine it"
         gain = search.gate.gain(search.neighbours.without(model, k), model).gain
         if adjusted_p(search.judge, model, k) >= LEVEL or gain <= 0.0:
             failing.append((gain, name))
     return (min(failing)[1], "its own significance test fails") if failing else None
+
+
+def at_ends(search: Search, choice: Choice) -> Iterator[tuple[str, str]]:
+    """Yield each shape parameter of an effect that lies at an end of what was searched, and at which one."""
+    effect, shape = choice
+    if effect.is_wave:
+        return
+    for tunable in effect.tunables(search.space.dataset.conditions, shape):
+        value = float(getattr(shape, tunable.name))
+        every = [float(getattr(s, tunable.name)) for s in search.space.shapes(effect)[0]]
+        if every and max(every) > min(every):
+            if value >= max(every) * (1.0 - AT_END):
+                yield tunable.name.replace("_", " "), "longest"
+            elif value <= min(every) * (1.0 + AT_END):
+                yield tunable.name.replace("_", " "), "shortest"
 
 
 def is_given(search: Search, name: str) -> bool:

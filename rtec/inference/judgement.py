@@ -14,6 +14,7 @@ from rtec.inference.answer import (
     EQUAL,
     LEVEL,
     Rivalry,
+    at_ends,
     is_given,
     rivalries,
     shared,
@@ -31,7 +32,7 @@ from rtec.inference.candidates import (
     settling,
 )
 from rtec.inference.chessboard import HELD_OUT_BY
-from rtec.inference.completeness import floor_is_reached, signs_of, unknown_by
+from rtec.inference.completeness import OUTSIDE, OUTSIDE_WITH_SIGNS, floor_is_reached, signs_of, unknown_by
 from rtec.inference.experiment import (
     between,
     experiment_for_likely,
@@ -59,7 +60,6 @@ WANDERS = 16.0
 """Readings over which noise is correlated, from which on it may as well be an unknown effect in time."""
 MOSTLY_WHITE = 0.9
 """Share of the noise's variance that is white, from which on the slow rest is of no account."""
-_AT_BOUND = 0.01
 _COMPARED = {True: "means over repeats", False: "means of both directions"}
 
 
@@ -81,7 +81,8 @@ def judged(found: Finding) -> Diagnosis:
     }
     tied = [r for several in rivals.values() for r in several if not r.permanent]
     every = shared(found.scout, found.scouted, found.probability, rivals)
-    found = replace(found, probability=unchanging(model, every))
+    inside = 1.0 - (OUTSIDE if unknown is None else OUTSIDE_WITH_SIGNS)
+    found = replace(found, probability={name: inside * p for name, p in unchanging(model, every).items()})
     steps = steps_of(found, order, ordered)
     minimum = minimum_detectable(judge, model)
     listed = [accepted(found, step, rivals.get(step.effect, [])) for step in steps]
@@ -200,7 +201,12 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
         "opposite to that of the motion?"
         for name in wrong_signs(found.scout, found.scouted)
     ]
-    notes += _at_bounds(found)
+    notes += [
+        f"{choice[0].name}: its {what} is at the {end} that was searched; the true value may lie beyond"
+        for choice in found.model.choices
+        if not is_given(found.search, choice[0].name)
+        for what, end in at_ends(found.search, choice)
+    ]
     notes += _limits(found)
     colour = found.model.colour
     if not floor.from_repeats:
@@ -229,24 +235,3 @@ def _limits(found: Finding) -> list[str]:
         for effect, _ in found.scouted.choices
         for rival, _ in tied_models(found.scout, found.scouted, effect.name, limits=True)
     ]
-
-
-def _at_bounds(found: Finding) -> list[str]:
-    """Return a sentence for each shape parameter that lies at the end of what was searched."""
-    notes = []
-    space = found.search.space
-    for effect, shape in found.model.choices:
-        if effect.is_wave or is_given(found.search, effect.name):
-            continue
-        for tunable in effect.tunables(space.dataset.conditions, shape):
-            value = float(getattr(shape, tunable.name))
-            every = [float(getattr(s, tunable.name)) for s in space.shapes(effect)[0]]
-            if not every or max(every) == min(every):
-                continue
-            end = "longest" if value >= max(every) * (1.0 - _AT_BOUND) else "shortest"
-            if end == "longest" or value <= min(every) * (1.0 + _AT_BOUND):
-                what = tunable.name.replace("_", " ")
-                notes.append(
-                    f"{effect.name}: its {what} is at the {end} that was searched; the true value may lie beyond"
-                )
-    return notes

@@ -11,8 +11,9 @@ from rtec.effects import Floats, Observable
 
 FAR = 8.0
 """Robust standard deviations from its neighbours, or from what the model says: no noise goes so far."""
-MOST = 0.02
-"""Share of the readings, at most: more of them are heavy tails, and these belong to the noise."""
+MOST, MOST_REPEATED = 0.02, 0.1
+"""Share of the readings, at most, and of those that others of the same conditions contradict: more of them are heavy
+tails, and these belong to the noise."""
 ENOUGH = 50
 """Readings of a kind from which on they have a spread of their own: that of a few may be near zero by chance."""
 MOST_TURNS = 0.1
@@ -37,10 +38,10 @@ def at_turns(dataset: Dataset) -> NDArray[np.bool_]:
 def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
     """Return which readings lie far from those of the same conditions, or from those before and after; shape (rows,).
 
-    Readings that repeat are compared with the median of their cell where that holds four readings at least, all
-    others with the median of the two before and the two after; each kind against its own spread where it is large
-    enough to have one, since neighbours differ by more than noise. A step is no outlier: on one side its neighbours
-    are like it.
+    Readings that repeat are compared with the median of their cell where that holds three readings at least, all
+    others with the median of the two before and the two after, and with the other of a pair; each kind against its
+    own spread where it is large enough to have one, since neighbours differ by more than noise. A step is no outlier:
+    on one side its neighbours are like it; nor is what comes back in the next run.
     """
     y = dataset.observed
     away = np.zeros(dataset.rows)
@@ -53,26 +54,38 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
     repeated = np.zeros(dataset.rows, dtype=np.bool_)
     if not dataset.conditions.moving:
         for rows in members_of(dataset.cell):
-            if rows.size >= 4:
+            if rows.size >= 3:
                 away[rows] = y[rows] - np.median(y[rows])
                 repeated[rows] = True
+            elif rows.size == 2:
+                apart = y[rows] - y[rows[::-1]]
+                away[rows] = np.sign(away[rows]) * np.minimum(np.abs(away[rows]), np.abs(apart))
+    most = MOST_REPEATED if dataset.has_repeats and not dataset.conditions.moving else MOST
     if min(repeated.sum(), (~repeated).sum()) < ENOUGH:
-        return far(away)
+        return _alone(far(away, most))
     found = np.zeros(dataset.rows, dtype=np.bool_)
     for kind in (repeated, ~repeated):
-        found[kind] = far(away[kind])
-    return found
+        found[kind] = far(away[kind], most)
+    return _alone(found)
 
 
-def far(away: Floats) -> NDArray[np.bool_]:
-    """Return which deviations are far beyond the others, at most 2 % of them; shape (rows,)."""
+def _alone(found: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return those found of which no more than two follow each other: more are a step, or a run that differs."""
+    inside = np.pad(found, 1)
+    middle = found & inside[:-2] & inside[2:]
+    streak = np.pad(middle, 1)
+    return found & ~(middle | streak[:-2] | streak[2:])
+
+
+def far(away: Floats, most: float = MOST) -> NDArray[np.bool_]:
+    """Return which deviations are far beyond the others, at most this share of them; shape (rows,)."""
     scale = robust_scale(away)
     if scale <= 0.0:
         scale = float(np.std(away))
     if scale <= 0.0:
         return np.zeros(away.size, dtype=np.bool_)
     found: NDArray[np.bool_] = np.abs(away) > FAR * scale
-    return found if found.sum() <= max(1.0, MOST * away.size) else np.zeros(away.size, dtype=np.bool_)
+    return found if found.sum() <= max(1.0, most * away.size) else np.zeros(away.size, dtype=np.bool_)
 
 
 def robust_scale(away: Floats) -> float:

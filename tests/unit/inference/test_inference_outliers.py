@@ -128,3 +128,15 @@ def test_where_noise_makes_the_direction_every_reading_stays():
     since = np.where(np.arange(data.rows) % 5 == 0, 0.0, data.conditions.since_reversal)
     assert not at_turns(replace(data, conditions=replace(data.conditions, since_reversal=since))).any()
     assert not at_turns(measured(TILTED)).any()
+
+
+@pytest.mark.parametrize("runs", [2, 3, 5])
+def test_a_tenth_of_repeated_readings_may_be_spoilt(runs):
+    data = measured(TILTED, runs=runs, timed=False)
+    bad = np.sort(np.random.default_rng(runs).choice(data.rows, int(0.1 * data.rows), replace=False))
+    assert np.flatnonzero(far_from_neighbours(spoilt(data, *bad))).tolist() == bad.tolist()
+
+
+def test_a_run_that_differs_is_no_set_of_outliers():
+    step = lambda x, way, t, run: np.where(run == 10, 0.3, 0.0)
+    assert not far_from_neighbours(measured(step, runs=10)).any()
