@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -11,8 +12,9 @@ from scipy.special import stdtr
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape, effect_named
-from rtec.inference.answer import EQUAL, adjusted_p
+from rtec.inference.answer import EQUAL, adjusted_p, newly
 from rtec.inference.fit import fitted_terms, holding_datum, residual_of, values_of
+from rtec.inference.gate import WORTH
 from rtec.inference.model import Model, Term
 from rtec.inference.probes import Probe
 from rtec.inference.results import Outlier, Step
@@ -22,6 +24,8 @@ from rtec.inference.space import Choice
 
 BEYOND_DOUBT = 0.001
 """Adjusted probability below which a constant is an offset: that it is a datum is the rule."""
+PREDICTS = 0.1
+"""Share of the error held out that an effect has to take away where only its form speaks against it."""
 OFFSET = effect_named("offset")
 
 
@@ -56,6 +60,8 @@ class Finding:
     """False where one effect was added as the user said."""
     offset: Offset | None = None
     """A constant that no effect's own zero explains."""
+    approximate: tuple[str, ...] = ()
+    """Effects whose form is only nearly right."""
 
     @property
     def dataset(self) -> Dataset:
@@ -93,6 +99,35 @@ class Finding:
         if self.heldout is not None:
             return self.heldout.rms(residual_of(self.heldout, self.fitted(model)))
         return self.dataset.rms(self.search.gate.held_out(model))
+
+
+def approximated(found: Finding) -> Finding:
+    """Return what was found with the effects that only their form speaks against, where they predict much better.
+
+    On real data no form is exact: what takes a tenth of the error held out, as nothing else does, is told, and told
+    to be approximate.
+    """
+    search, gate = found.search, found.search.gate
+    while found.searched:
+        before, names = found.rms_heldout(found.model), Counter(found.model.names)
+        nearly = []
+        for other in gate.possible():
+            new = list((Counter(other.names) - names).elements())
+            if len(new) == 1 and not names - Counter(other.names) and other.score > found.model.score + WORTH:
+                k = other.choices.index(newly(other, found.model, new[0]))
+                if not isinstance(other.choices[k][0], Probe) and gate.is_sound_but_for_form(other, k):
+                    nearly.append((found.rms_heldout(other), new[0], other))
+        error, name, model = min(nearly, key=lambda one: one[0], default=(before, "", found.model))
+        if error > (1.0 - PREDICTS) * before or _rises(found, found.model, model):
+            return found
+        search.gate.refused.pop(name, None)
+        found = replace(
+            found,
+            model=model,
+            probability={**found.probability, name: 1.0},
+            approximate=(*found.approximate, name),
+        )
+    return found
 
 
 def in_order(found: Finding) -> tuple[Finding, list[Choice], list[Scored]]:

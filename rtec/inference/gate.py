@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import logsumexp
 
-from rtec.effects import Floats
+from rtec.effects import Floats, Observable
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Neighbours
@@ -96,20 +96,33 @@ class Gate:
             doubt = f"its contribution is below {MATTERS_IN_TIME:g} times the residual, as that of slow noise is"
         return doubt or next(self._objections(model, k), None)
 
-    def _objections(self, model: Scored, k: int) -> Iterator[str]:
-        """Yield what speaks against an effect of a model, what is cheap to find out first."""
+    def of_form(self, model: Scored, k: int) -> Iterator[str]:
+        """Yield what speaks against the form of an effect of a model, however much it explains."""
         effect, shape = model.choices[k]
-        conditions = self.space.dataset.conditions
         others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
         finest = min((e.finest(s) for e, s in model.choices if effect.name in e.contains), default=np.inf)
-        fit = self.judge.fit(model)
-        at_sight = (
-            effect.crowded(conditions, shape, others, finest),
-            "its amplitude would have to be negative" if effect.name in model.wrong_sign else None,
-            self.implausible(model, k),
-            self.misnamed(model, k),
-        )
-        yield from (why for why in at_sight if why is not None)
+        crowded = effect.crowded(self.space.dataset.conditions, shape, others, finest)
+        yield from (why for why in (crowded, self.implausible(model, k), self.misnamed(model, k)) if why is not None)
+
+    def is_sound_but_for_form(self, model: Scored, k: int) -> bool:
+        """Return whether nothing but its form speaks against an effect of a model."""
+        effect, shape = model.choices[k]
+        follows_all = (
+            effect.is_map and effect.observable is Observable.DRIVE
+        )  # what a motion lacks is there at places
+        formal = any(self.of_form(model, k)) and effect.doubtful(self.space.dataset.conditions, shape) is None
+        return formal and not follows_all and not any(self._beside_form(model, k))
+
+    def _objections(self, model: Scored, k: int) -> Iterator[str]:
+        """Yield what speaks against an effect of a model, what is cheap to find out first."""
+        yield from self.of_form(model, k)
+        yield from self._beside_form(model, k)
+
+    def _beside_form(self, model: Scored, k: int) -> Iterator[str]:
+        effect, shape = model.choices[k]
+        conditions, fit = self.space.dataset.conditions, self.judge.fit(model)
+        if effect.name in model.wrong_sign:
+            yield "its amplitude would have to be negative"
         rest = self.neighbours.without(model, k)
         if (worth := self.worth(model, k, rest)) < WORTH:
             yield f"it raises the log marginal likelihood by {worth:.1f} nats, less than the {WORTH:g} required"

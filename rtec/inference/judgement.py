@@ -41,7 +41,7 @@ from rtec.inference.experiment import (
     experiment_for_unknown,
     experiment_of,
 )
-from rtec.inference.finding import OFFSET, Finding, in_order, offset_of, steps_of
+from rtec.inference.finding import OFFSET, Finding, approximated, in_order, offset_of, steps_of
 from rtec.inference.fit import residual_of
 from rtec.inference.gate import IN_DOUBT, generic
 from rtec.inference.leftover import unknown_structure
@@ -66,6 +66,8 @@ _COMPARED = {True: "means over repeats", False: "means of both directions"}
 def judged(found: Finding) -> Diagnosis:
     """Return the diagnosis of a finished search."""
     found = replace(found, offset=offset_of(found))
+    if unknown_structure(found.search.judge, found.model)[0] is not None:
+        found = approximated(found)
     found, order, ordered = in_order(found)
     search, model, dataset = found.search, found.model, found.dataset
     judge, space = search.judge, search.space
@@ -81,7 +83,7 @@ def judged(found: Finding) -> Diagnosis:
     }
     tied = [r for several in rivals.values() for r in several if not r.permanent]
     every = shared(found.scout, found.scouted, found.probability, rivals)
-    inside = 1.0 - (OUTSIDE if unknown is None else OUTSIDE_WITH_SIGNS)
+    inside = 1.0 - (OUTSIDE_WITH_SIGNS if unknown is not None or found.approximate else OUTSIDE)
     found = replace(found, probability={name: inside * p for name, p in unchanging(model, every).items()})
     steps = steps_of(found, order, ordered)
     minimum = minimum_detectable(judge, model)
@@ -95,7 +97,9 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     return Diagnosis(
-        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(model, floor), doubtful),
+        verdict=_verdict(
+            unknown, bool(tied) and named, named, floor_is_reached(model, floor) and not found.approximate, doubtful
+        ),
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,
@@ -111,6 +115,7 @@ def judged(found: Finding) -> Diagnosis:
         minimum_detectable=tuple(minimum.items()),
         lack_of_fit=() if p_means is None else ((_COMPARED[dataset.has_repeats], p_means),),
         unknown=unknown,
+        approximate=tuple(name for name in found.approximate if name in model.names),
         suspected=tuple(doubts_of(found)),
         cosines=cosines_of(found, proposed),
         experiment=_experiment(found, unknown, tied, not_testable, minimum, _likely(absent) if not named else ()),

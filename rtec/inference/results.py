@@ -184,6 +184,8 @@ class Diagnosis:
     probability: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     """Of each effect that competed, by name: accepted or not."""
     outliers: tuple[Outlier, ...] = ()
+    approximate: tuple[str, ...] = ()
+    """Accepted effects whose form is only nearly right."""
     suspected: tuple[str, ...] = ()
     """Effects that may well be there, and that these data cannot bear out."""
     unseen_periods: tuple[str, ...] = ()

@@ -135,7 +135,7 @@ def _lay_out(figure: Figure) -> None:
         left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
         axes.set_position((left, bottom, width, height))
         for line in axes.lines:
-            if line.get_linestyle() == "None" and len(line.get_xydata()) > _MOST_SHAPES:
+            if line.get_linestyle() == "None" and np.size(line.get_xdata()) > _MOST_SHAPES:
                 line.set_rasterized(True)
 
 

@@ -38,6 +38,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
             {"row": one.row, diagnosis.dataset.observe: shown.number(one.value)} for one in diagnosis.outliers
         ],
         "probability": dict(diagnosis.probability),
+        "approximate": list(diagnosis.approximate),
         "unseen_periods": list(diagnosis.unseen_periods),
         "unknown": _unknown(diagnosis.unknown, diagnosis.dataset.units.position),
         "suggested_experiment": diagnosis.experiment.text,
