@@ -123,7 +123,8 @@ def is_right(rule: Rule, answer: Answer, secret: Secret, *, repeated: bool = Tru
     secret
         What was hidden.
     repeated
-        Whether the plan repeats its readings; where it does not, LIKELY is as good as NAMED.
+        Whether the plan repeats its readings; where it does not, or where the noise is not white, so that repeats say
+        little of a floor, LIKELY is as good as NAMED.
     span_mm
         Of the plan: a wave of fewer than five cycles over it is right as UNKNOWN or INCONCLUSIVE, too.
 
@@ -136,7 +137,7 @@ def is_right(rule: Rule, answer: Answer, secret: Secret, *, repeated: bool = Tru
     if rule is Rule.NOTHING:
         return not answer.effects and answer.verdict not in NAMES
     if rule is Rule.NAMED:
-        said = ("NAMED",) if repeated else ("NAMED", "LIKELY")
+        said = ("NAMED",) if repeated and secret.noise == "white" else ("NAMED", "LIKELY")
         modest = answer.verdict in ("UNKNOWN", "INCONCLUSIVE") and _too_long(secret, span_mm)
         return modest or (answer.verdict in said and set(answer.effects) == set(secret.names))
     if rule is Rule.WRONG_NAME:

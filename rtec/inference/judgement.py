@@ -74,6 +74,7 @@ def judged(found: Finding) -> Diagnosis:
     floor = noise_floor(judge, model)
     unknown, p_means = unknown_structure(judge, model)
     signs = signs_of(search, model, floor) if found.searched and found.names_something else ()
+    signs += tuple(nearly_right(name) for name in found.approximate if name in model.names)
     if unknown is None and signs:
         unknown = unknown_by(signs)
     rivals = {
@@ -83,7 +84,7 @@ def judged(found: Finding) -> Diagnosis:
     }
     tied = [r for several in rivals.values() for r in several if not r.permanent]
     every = shared(found.scout, found.scouted, found.probability, rivals)
-    inside = 1.0 - (OUTSIDE_WITH_SIGNS if unknown is not None or found.approximate else OUTSIDE)
+    inside = 1.0 - (OUTSIDE if unknown is None else OUTSIDE_WITH_SIGNS)
     found = replace(found, probability={name: inside * p for name, p in unchanging(model, every).items()})
     steps = steps_of(found, order, ordered)
     minimum = minimum_detectable(judge, model)

@@ -1,0 +1,93 @@
+"""What speaks against a model in which effects were found: a floor missed, a colour, a trend, a beat."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from inference_oracle import SIGMA, measured
+
+from rtec.effects import CyclicShape, Shape, effect_named
+from rtec.inference.completeness import floor_is_reached, signs_of
+from rtec.inference.diagnose import diagnose
+from rtec.inference.noise import noise_floor
+from rtec.inference.results import Verdict
+from rtec.inference.scored import Judge
+from rtec.inference.search import Search
+from rtec.inference.space import Space
+
+TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
+BACKLASH, SCALE, CYCLIC = (effect_named(name) for name in ("backlash", "scale", "cyclic"))
+FULL = ((BACKLASH, Shape()), (SCALE, Shape()))
+
+
+def spoken_against(data, choices):
+    search = Search(Judge(Space(data)))
+    model = search.judge.score(choices)
+    return {sign.depends_on for sign in signs_of(search, model, noise_floor(search.judge, model))}
+
+
+def test_nothing_speaks_against_the_whole_truth_and_something_against_half_of_it():
+    data = measured(TILTED)
+    assert spoken_against(data, FULL) == set()
+    assert spoken_against(data, FULL[:1])
+
+
+def test_a_trend_says_what_it_depends_on():
+    data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + 2e-5 * way * (x - 150.0))
+    assert "direction" in spoken_against(data, FULL)
+
+
+def test_two_waves_closer_than_three_cycles_are_a_beat():
+    wave = lambda period: lambda x, way, t, run: TILTED(x, way, t, run) + 0.004 * np.sin(2 * np.pi * x / period)
+    both = lambda *where: wave(20.0)(*where) + wave(22.0)(*where)  # 1.4 cycles apart over 300 mm
+    choices = [(CYCLIC, CyclicShape(period, 1)) for period in (20.0, 22.0, 30.0)]
+    assert spoken_against(measured(both, targets=81), [*FULL, *choices[:2]]) == {"position"}
+    apart = lambda *where: wave(20.0)(*where) + wave(30.0)(*where)
+    assert spoken_against(measured(apart, targets=81), [*FULL, choices[0], choices[2]]) == set()
+
+
+def test_a_floor_of_few_repeats_or_beside_slow_noise_is_none():
+    judge = Judge(Space(measured(TILTED)))
+    model = judge.score(FULL)
+    floor = noise_floor(judge, model)
+    assert floor_is_reached(model, floor)
+    assert not floor_is_reached(model, replace(floor, degrees_of_freedom=9.0))
+    assert not floor_is_reached(model, replace(floor, from_repeats=False))
+    slow = Judge(Space(measured(TILTED, rho=0.9, white=0.1)))
+    model = slow.score(FULL)
+    assert not floor_is_reached(model, noise_floor(slow, model))
+
+
+def test_beside_noise_that_wanders_an_effect_is_likely_and_not_named():
+    found = diagnose(measured(TILTED, rho=0.9, white=0.1))
+    assert found.verdict is Verdict.LIKELY and set(found.effects) == {"backlash", "scale"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_step_raises_an_error_and_no_probability_is_one(seed):
+    bent = lambda x, way, t, run: (
+        TILTED(x, way, t, run) + 0.006 * np.exp(-t / 500.0) + 0.003 * np.sin(x / 9.0) * (x > 99)
+    )
+    found = diagnose(measured(bent, seed=seed, rho=0.9 * (seed % 2)))
+    assert found.steps
+    for before, after in zip(found.steps, found.steps[1:], strict=False):
+        assert after.rms_train <= before.rms_train and after.rms_heldout <= before.rms_heldout
+    assert max(found.probability.values()) < 0.97
+
+
+def test_a_column_that_numbers_the_readings_changes_nothing():
+    data = measured(TILTED)
+    x = data.conditions.position
+    counters = (np.arange(data.rows), np.argsort(np.argsort(x, kind="stable")) // 10, -data.conditions.run)
+    numbered = replace(data, unknown=tuple((f"column {k}", c.astype(float)) for k, c in enumerate(counters)))
+    plain, more = diagnose(data), diagnose(numbered)
+    assert (plain.verdict, plain.effects, plain.rms_after) == (more.verdict, more.effects, more.rms_after)
+
+
+def test_a_map_that_swings_is_told_as_approximate():
+    rng = np.random.default_rng(2)
+    waves = [(k + 0.9, size, rng.uniform(0.0, 6.28)) for k, size in enumerate((0.3, 0.5, 0.7, 1.0, 1.0, 1.0, 1.0))]
+    curve = lambda x: 0.01 * sum(size * np.sin(2 * np.pi * k * x / 300.0 + phase) for k, size, phase in waves)
+    found = diagnose(measured(lambda x, way, t, run: curve(x) + 0.004 * way, targets=61, runs=3))
+    assert found.approximate == ("pitch_map",) and found.verdict is not Verdict.NAMED
+    assert found.rms_after < 2.0 * SIGMA
