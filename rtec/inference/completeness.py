@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.special import fdtrc
 
-from rtec.effects import Floats, Shape, WavesShape
+from rtec.effects import Floats, Shape, WavesShape, effect_named
 from rtec.effects.protocol import own_shape
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.inference.scored import Judge, Scored
@@ -51,12 +51,17 @@ def floor_is_reached(model: Scored, floor: NoiseFloor) -> bool:
     return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(model)
 
 
+def nearly_right(name: str) -> Sign:
+    """Return the sign that an effect is approximate."""
+    return Sign(effect_named(name).over.value, f"it has only nearly the form of {name}")
+
+
 def unknown_by(signs: Sequence[Sign]) -> Unknown:
     """Return what the signs say of the structure that is left."""
     depends = tuple(dict.fromkeys(sign.depends_on for sign in signs))
     text = "; ".join(sign.text for sign in signs)
     return Unknown(
-        depends_on=depends, period=None, frequency_hz=None, description=f"the residual is no noise: {text}"
+        depends_on=depends, period=None, frequency_hz=None, description=f"something outside the library acts: {text}"
     )
 
 
@@ -66,12 +71,10 @@ def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ..
     found = []
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
     if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma:
-        found.append(
-            Sign("time", f"it is {left / floor.sigma:.1f} times the noise floor and does not repeat by place")
-        )
+        found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
     if is_coloured(model) and (c.moving or c.time_is_coordinate):
         length = model.colour.length
-        found.append(Sign("time", f"it is correlated over about {length:.0f} readings, as noise of a sensor is not"))
+        found.append(Sign("time", f"the residual is correlated over about {length:.0f} readings"))
     found += _trends(search.judge, model)
     found += _beats(search, model)
     return tuple(found)
@@ -103,7 +106,7 @@ def _trends(judge: Judge, model: Scored) -> list[Sign]:
             continue
         p = float(fdtrc(k, below, (explained / k) / max((whole - explained) / below, 1e-300)))
         if p < TREND:
-            found.append(Sign(name, f"it follows a smooth curve over {name} (p {p:.1g})"))
+            found.append(Sign(name, f"the residual follows a smooth curve over {name} (p {p:.1g})"))
     return found
 
 

@@ -32,7 +32,14 @@ from rtec.inference.candidates import (
     settling,
 )
 from rtec.inference.chessboard import HELD_OUT_BY
-from rtec.inference.completeness import OUTSIDE, OUTSIDE_WITH_SIGNS, floor_is_reached, signs_of, unknown_by
+from rtec.inference.completeness import (
+    OUTSIDE,
+    OUTSIDE_WITH_SIGNS,
+    floor_is_reached,
+    nearly_right,
+    signs_of,
+    unknown_by,
+)
 from rtec.inference.experiment import (
     between,
     experiment_for_likely,
@@ -98,9 +105,7 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     return Diagnosis(
-        verdict=_verdict(
-            unknown, bool(tied) and named, named, floor_is_reached(model, floor) and not found.approximate, doubtful
-        ),
+        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(model, floor), doubtful),
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,
