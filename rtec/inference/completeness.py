@@ -18,8 +18,9 @@ from rtec.inference.search import Search
 
 REACHED, ENOUGH = 1.3, 10
 """Noise floors that a complete model may leave, and the degrees of freedom from which on a floor is known so well."""
-CORRELATED, MOSTLY_COLOURED = 0.6, 0.6
-"""Correlation from which on, and white share up to which, a residual is strongly coloured."""
+LAGS, CORRELATED, BY_CHANCE = (2, 3, 4), 0.2, 3.0
+"""A residual is strongly coloured where its mean correlation over these lags, in readings, is so large, and so many
+standard errors of white noise. A low pass before a log was thinned out correlates neighbours alone."""
 CURVE = 6
 """Degree of the curves that a residual is compared with."""
 TREND, MATERIAL = 0.0025, 0.03
@@ -41,14 +42,20 @@ class Sign:
     text: str
 
 
-def is_coloured(model: Scored) -> bool:
+def is_coloured(judge: Judge, model: Scored) -> bool:
     """Return whether what a model leaves is strongly correlated from reading to reading."""
-    return model.colour.rho >= CORRELATED and model.colour.white <= MOSTLY_COLOURED
+    left, chain = judge.left(model), np.cumsum(np.isinf(judge.space.gap))
+    left = left - left.mean()
+    together = [
+        float((left[lag:] * left[:-lag])[chain[lag:] == chain[:-lag]].sum()) for lag in LAGS if lag < left.size
+    ]
+    mean = sum(together) / len(LAGS) / max(float(left @ left), 1e-300)
+    return mean > max(CORRELATED, BY_CHANCE / float(np.sqrt(len(LAGS) * left.size)))
 
 
-def floor_is_reached(model: Scored, floor: NoiseFloor) -> bool:
+def floor_is_reached(judge: Judge, model: Scored, floor: NoiseFloor) -> bool:
     """Return whether repeats tell noise well enough to say that nothing else is left."""
-    return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(model)
+    return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(judge, model)
 
 
 def nearly_right(name: str) -> Sign:
@@ -70,9 +77,9 @@ def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ..
     c = search.space.dataset.coordinates
     found = []
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
-    if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma:
+    if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma > 0.0:
         found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
-    if is_coloured(model) and (c.moving or c.time_is_coordinate):
+    if (c.moving or c.time_is_coordinate) and is_coloured(search.judge, model):
         length = model.colour.length
         found.append(Sign("time", f"the residual is correlated over about {length:.0f} readings"))
     found += _trends(search.judge, model)

@@ -105,7 +105,7 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     return Diagnosis(
-        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(model, floor), doubtful),
+        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(judge, model, floor), doubtful),
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,

@@ -14,6 +14,8 @@ FAR = 8.0
 MOST, MOST_REPEATED = 0.02, 0.1
 """Share of the readings, at most, and of those that others of the same conditions contradict: more of them are heavy
 tails, and these belong to the noise."""
+MOST_IN_A_ROW = 3
+"""Readings, of which a sensor drops so many at most."""
 ENOUGH = 50
 """Readings of a kind from which on they have a spread of their own: that of a few may be near zero by chance."""
 MOST_TURNS = 0.1
@@ -70,16 +72,19 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
 
 
 def _alone(found: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return those found of which no more than two follow each other: more are a step, or a run that differs."""
-    inside = np.pad(found, 1)
-    middle = found & inside[:-2] & inside[2:]
-    streak = np.pad(middle, 1)
-    return found & ~(middle | streak[:-2] | streak[2:])
+    """Return those found of which no more than three follow each other: more are a step, or a run that differs."""
+    begins = np.flatnonzero(np.diff(found, prepend=False) & found)
+    ends = np.flatnonzero(np.diff(found, append=False) & found)
+    alone = found.copy()
+    for begin, end in zip(begins, ends, strict=True):
+        if end - begin >= MOST_IN_A_ROW:
+            alone[begin : end + 1] = False
+    return alone
 
 
 def far(away: Floats, most: float = MOST) -> NDArray[np.bool_]:
     """Return which deviations are far beyond the others, at most this share of them; shape (rows,)."""
-    scale = robust_scale(away)
+    scale = robust_scale(away[away != 0.0]) if away.any() else 0.0  # the middle reading of a cell is its own median
     if scale <= 0.0:
         scale = float(np.std(away))
     if scale <= 0.0:

@@ -66,13 +66,13 @@ def test_named_asks_for_a_floor_from_repeats():
 def test_an_effect_that_may_be_there_makes_nothing_inconclusive():
     result = judged(finding(measured(), probability={"backlash": 0.6}))
     assert result.verdict is Verdict.INCONCLUSIVE
-    assert next(c for c in result.candidates if c.effect == "backlash").probability == 0.6
+    assert next(c for c in result.candidates if c.effect == "backlash").probability == pytest.approx(0.6 * 0.96)
     assert judged(finding(measured(), probability={"backlash": 0.1})).verdict is Verdict.NONE
 
 
 def test_effects_stand_in_the_order_of_what_each_foretells():
     data = measured(lambda x, way, t, run: 2e-5 * x + 0.01 * way)
-    names = lambda order: [effect.name for effect, _ in order[0]]
+    names = lambda ordered: [effect.name for effect, _ in ordered[1]]
     assert names(in_order(finding(data, BOTH))) == ["backlash", "scale"]
     assert names(in_order(finding(data, BOTH, given=BOTH[:1]))) == ["scale", "backlash"]
 

@@ -83,7 +83,7 @@ def test_an_outlier_of_88_um_hides_nothing_and_is_listed(row, runs):
 def test_what_only_the_model_shows_to_be_far_off_is_left_out_too():
     """Between targets of a fast wave a reading lies among its neighbours, and far from what the wave says."""
     wave = lambda x, way, t, run: 0.1 * np.sin(2 * np.pi * x / 33.0)
-    data = spoilt(measured(wave, runs=3, targets=31, timed=False), 40, by=0.05)
+    data = spoilt(measured(wave, runs=2, targets=31, timed=False), 40, by=0.05)
     assert not far_from_neighbours(data).any()
     result = diagnose(data)
     assert result.effects == ("cyclic",)
@@ -133,8 +133,8 @@ def test_where_noise_makes_the_direction_every_reading_stays():
 @pytest.mark.parametrize("runs", [2, 3, 5])
 def test_a_tenth_of_repeated_readings_may_be_spoilt(runs):
     data = measured(TILTED, runs=runs, timed=False)
-    bad = np.sort(np.random.default_rng(runs).choice(data.rows, int(0.1 * data.rows), replace=False))
-    assert np.flatnonzero(far_from_neighbours(spoilt(data, *bad))).tolist() == bad.tolist()
+    bad = list(range(3, data.rows, 11))  # never two of the same place
+    assert np.flatnonzero(far_from_neighbours(spoilt(data, *bad))).tolist() == bad
 
 
 def test_a_run_that_differs_is_no_set_of_outliers():
