@@ -114,6 +114,7 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
     """
     resample, used = None, None
     _find_rests(rows)  # before any filter, whose ringing looks like turning round
+    band, least = band_of(rows.position, rows.run), 0.0
     if rows.time_s is not None:
         run = rows.run if rows.pauses_unknown else unbroken(rows.time_s, rows.position, rows.run)
         stretches = stretches_of(rows.time_s, run)
@@ -121,7 +122,6 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
             piece = np.repeat(np.arange(len(stretches)), [end - begin for begin, end in stretches])
             stretches = stretches_of(None, _leave_out_stale(rows, piece))
         rate = even_rate(rows.time_s, stretches) if like is None or like.cutoff_hz is not None else None
-        count = band_of(rows.position, rows.run) / 2.0
         if rate is None:
             cutoff_hz = _differentiate_unevenly(rows, rows.time_s, stretches)
         else:
@@ -129,9 +129,10 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
             own = cutoff_of([source[a:b] for a, b in stretches], rate, step_of(source), noisy=rows.velocity is None)
             cutoff_hz = used = own if like is None or like.cutoff_hz is None else min(like.cutoff_hz, 0.45 * rate)
             resample = _differentiate(rows, stretches, rate, used)
+        least = band / 2.0 * cutoff_hz
         if rows.of_drive and rows.coordinate != "time" and rows.velocity is not None:
-            _find_creep(rows, rows.time_s, rows.velocity, count, count * cutoff_hz)
-    _give_direction(rows)
+            _find_creep(rows, rows.time_s, rows.velocity, band / 2.0, least)
+    _give_direction(rows, band, least)
     if rows.rest is not None and not rows.of_drive:
         _thin_rests(rows, rows.rest)
     elif rows.rest is not None and (rows.rest >= 0).any():
@@ -303,16 +304,18 @@ def _at_rest_between(direction: Floats, rest: Ints) -> Floats:
     return np.where(rest >= 0, np.repeat(np.where(before == after, before, 0.0), sizes), direction)
 
 
-def _turning(held: Floats, way: Floats, certain: NDArray[np.bool_]) -> Floats:
+def _turning(held: Floats, way: Floats, certain: NDArray[np.bool_], position: Floats, band: float) -> Floats:
     """Return the direction of the last motion, corrected by the sign ``way`` of the velocity; shape (rows,).
 
-    Where the axis turned, the velocity knows best when. Where it is certain elsewhere, the axis goes back by less
-    than it takes to have turned: friction need not have turned either, and the direction is 0.
+    Where the axis turned, within the ``band`` that hides it, the velocity knows best when. Where it is certain
+    elsewhere, the axis goes back by less than it takes to have turned: friction need not have turned either, and the
+    direction is 0.
     """
     found = held.copy()
     for begin, end in _runs(way * held < 0.0):
         turned = held[max(begin - 1, 0)] != held[begin] or held[end - 1] != held[min(end, held.size - 1)]
-        found[begin:end] = way[begin:end] if turned else np.where(certain[begin:end], 0.0, held[begin:end])
+        hidden = turned and np.ptp(position[begin:end]) <= band
+        found[begin:end] = way[begin:end] if hidden else np.where(certain[begin:end], 0.0, held[begin:end])
     return found
 
 
@@ -322,8 +325,11 @@ def _runs(rows: NDArray[np.bool_]) -> list[Stretch]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _give_direction(rows: Rows) -> None:
-    """Set the direction: that of the last motion; of a drive 0 at rest, where friction may point either way."""
+def _give_direction(rows: Rows, band: float, least: float) -> None:
+    """Set the direction: that of the last motion; of a drive 0 at rest, where friction may point either way.
+
+    Slower than ``least`` the sign of a velocity is noise, and within a ``band`` the position says nothing.
+    """
     if rows.direction is not None:
         rows.held_direction = rows.direction
     elif rows.held_direction is not None:
@@ -331,10 +337,10 @@ def _give_direction(rows: Rows) -> None:
         if rows.of_drive and rows.velocity is not None:
             # where the axis stops or starts suddenly a low pass overshoots: its sign is none of the motion's
             doubt = 0.0 if rows.smoothed_off is None else rows.smoothed_off
-            certain = np.abs(rows.velocity) > np.maximum(_velocity_noise(rows, rows.velocity), doubt)
-            rows.direction = _turning(
-                rows.held_direction, np.where(np.abs(rows.velocity) > doubt, np.sign(rows.velocity), 0.0), certain
-            )
+            certain = np.abs(rows.velocity) > np.maximum(max(_velocity_noise(rows, rows.velocity), least), doubt)
+            band = band if rows.smoothed_off is None else np.inf  # a velocity column need not agree with the position
+            way = np.where(np.abs(rows.velocity) > doubt, np.sign(rows.velocity), 0.0)
+            rows.direction = _turning(rows.held_direction, way, certain, rows.position, band)
         if rows.of_drive and rows.rest is not None:
             rows.direction = _at_rest_between(rows.direction, rows.rest)
         still = ", 0 at rest" * rows.of_drive
