@@ -30,6 +30,7 @@ _FEWEST_BENDS = 64  # of which a spectrum tells anything
 _ONLY_NOISE, _ABOVE = 0.35, 3.0  # share of the sampling rate above which nothing moves; times the noise, motion
 _LOWEST, _MARGIN = 0.02, 1.5  # of the largest cut-off; times the highest frequency of motion, which shall pass
 _NO_MATTER, _MOST_NOISE = 1e-4, 1e-4  # of the variance of an acceleration may be noise; of a position or velocity is
+_IN_LINES = 0.5  # of the noise of rounding may stand in lines, at the frequency at which steps pass
 _OF_DIFFERENCES = 4.0  # largest noise of the difference of roundings, over that of one
 _SHOWN, _LEAST_LAG = 0.5, 0.25  # of what is left without a lag; samples that a velocity is late at least
 _SETTLING_S = 0.2  # dropped at each end
@@ -72,7 +73,9 @@ def cutoff_of(parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noi
     if no_matter or faster or share[0] * rate_hz > most:
         return most
     gained = np.cumsum((power - _ABOVE * floor)[share * rate_hz <= most])
-    return float(np.clip(_MARGIN * share[int(np.argmax(gained))] * rate_hz, _LOWEST * most, most))
+    lines = _IN_LINES * share.size * (floor if noisy else floor / _OF_DIFFERENCES)
+    last = int(np.argmax(gained > gained.max() - lines))
+    return float(np.clip(_MARGIN * share[last] * rate_hz, _LOWEST * most, most))
 
 
 def step_of(values: Floats) -> float:
