@@ -61,6 +61,8 @@ class Dataset:
     several speeds, which has no positions (all are 0)."""
     cutoff_hz: float | None = None
     """Of the low pass in front of the derivatives; None where positions were not filtered."""
+    rounding: float = 0.0
+    """Step in which the file rounds what is observed, in ``units.observed``; 0 where it shows none."""
     axis: int | None = None
     """Number of the axis that was measured; None where the file does not say it (``# axis: 1``)."""
 

@@ -14,6 +14,7 @@ usual one of identifying robots and drives (A. Janot, M. Gautier, M. Brunot, "Da
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -25,18 +26,66 @@ from rtec.effects import Floats
 
 _CUTOFF_HZ = 100.0  # low pass of the differentiator; the drives of machine tools move nothing faster
 _CUTOFF_SHARE = 0.2  # largest cut-off, as a share of the sampling rate
+_FEWEST_BENDS = 64  # of which a spectrum tells anything
+_ONLY_NOISE, _ABOVE = 0.35, 3.0  # share of the sampling rate above which nothing moves; times the noise, motion
+_LOWEST, _MARGIN = 0.02, 1.5  # of the largest cut-off; times the highest frequency of motion, which shall pass
+_NO_MATTER, _MOST_NOISE = 1e-4, 1e-4  # of the variance of an acceleration may be noise; of a position or velocity is
+_IN_LINES = 0.5  # of the noise of rounding may stand in lines, at the frequency at which steps pass
+_OF_DIFFERENCES = 4.0  # largest noise of the difference of roundings, over that of one
+_SHOWN, _LEAST_LAG = 0.5, 0.25  # of what is left without a lag; samples that a velocity is late at least
 _SETTLING_S = 0.2  # dropped at each end
 _REMAINING_HZ = 100.0  # sampling rate that decimation aims at
 _DECIMATED_FROM_HZ = 500.0  # slower logs are not decimated
 _POLES = 4
+_MIRRORED = 1.5  # periods of the cut-off that a signal is continued beyond its ends
 _LARGEST_STAGE = 13  # factor above which one pass of ``decimate`` loses accuracy (scipy's own advice)
 _FILTERED_AT_LEAST, _DECIMATED_AT_LEAST = 16, 28  # that ``filtfilt`` and ``decimate`` need to mirror a signal's ends
 _WINDOW, _AT_ONCE = 21, 50_000  # rows of the local polynomial of an uneven log; windows that are computed together
 
 
-def cutoff_of(rate_hz: float) -> float:
-    """Return the cut-off of the low pass for a sampling rate, in Hz."""
-    return min(_CUTOFF_HZ, _CUTOFF_SHARE * rate_hz)
+def cutoff_of(parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noisy: bool = True) -> float:
+    """Return the cut-off of the low pass for positions or velocities sampled at a rate, in Hz.
+
+    The band up to it holds the most of the spectrum beyond noise, which an acceleration holds times the square of the
+    frequency. ``parts`` are stretches of samples, each of shape (samples,). The noise is that of rounding to
+    ``step``, or what is left in the highest frequencies if that is more; of a velocity (not ``noisy``), whose
+    spectrum falls more slowly, the latter may be motion.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.01)
+    >>> fine, coarse = (cutoff_of([np.round(np.sin(t**2 / 2), digits)], 100.0, 10.0**-digits) for digits in (9, 2))
+    >>> fine, 3.0 < coarse < 6.0
+    (20.0, True)
+    """
+    most = min(_CUTOFF_HZ, _CUTOFF_SHARE * rate_hz)
+    bends = np.concatenate([np.empty(0), *(np.diff(part, 2) for part in parts if part.size > 2)])
+    if bends.size < _FEWEST_BENDS:
+        return most
+    share = np.arange(1, bends.size // 2) / bends.size
+    power = np.abs(np.fft.rfft(bends * np.hanning(bends.size))[1 : share.size + 1]) ** 2 / np.sin(np.pi * share) ** 4
+    high = float(np.median(power[share > _ONLY_NOISE])) / np.log(2.0) if noisy else 0.0
+    # 16 / 12 of the step's square, 3 / 8 of it by the window; a velocity is mostly the difference of two roundings
+    floor = max(high, step**2 / 2.0 * bends.size * (1.0 if noisy else _OF_DIFFERENCES))
+    bent = np.sin(np.pi * share) ** 4 * (share * rate_hz < most)
+    no_matter = floor * bent.sum() < _NO_MATTER * (power * bent).sum()
+    faster = noisy and floor * share.size > _MOST_NOISE * power.sum()  # it is motion, too fast for the samples
+    if no_matter or faster or share[0] * rate_hz > most:
+        return most
+    gained = np.cumsum((power - _ABOVE * floor)[share * rate_hz <= most])
+    lines = _IN_LINES * share.size * (floor if noisy else floor / _OF_DIFFERENCES)
+    last = int(np.argmax(gained > gained.max() - lines))
+    return float(np.clip(_MARGIN * share[last] * rate_hz, _LOWEST * most, most))
+
+
+def step_of(values: Floats) -> float:
+    """Return the step in which values are rounded, 0 where they are multiples of none."""
+    steps = np.abs(np.diff(values))
+    if not steps.any():
+        return 0.0
+    step = float(np.quantile(steps[steps > 0.0], 0.01))
+    off = np.abs(steps / step - np.round(steps / step))
+    return step if float(np.quantile(off, 0.9)) < 0.05 else 0.0
 
 
 def stages_of(rate_hz: float) -> tuple[int, ...]:
@@ -70,7 +119,47 @@ def low_pass(values: Floats, rate_hz: float, cutoff_hz: float) -> Floats:
     """Return evenly sampled values without what is faster than ``cutoff_hz``, with no phase; shape (samples,)."""
     from scipy.signal import butter, filtfilt  # noqa: PLC0415 - 0.5 s, for moving logs only
 
-    return np.asarray(filtfilt(*butter(_POLES, cutoff_hz / (rate_hz / 2.0)), values), dtype=np.float64)
+    mirrored = min(max(_FILTERED_AT_LEAST - 1, round(_MIRRORED * rate_hz / cutoff_hz)), values.size - 1)
+    found = filtfilt(*butter(_POLES, cutoff_hz / (rate_hz / 2.0)), values, padlen=mirrored)
+    return np.asarray(found, dtype=np.float64)
+
+
+def lag_of(rate_hz: float, position: Floats, velocity: Floats) -> float:
+    """Return by how many seconds an evenly sampled velocity is late against the position; 0 where nothing shows it.
+
+    A drive filters the velocity that it reports. Its sum over time is then the position less the lag times the
+    velocity, up to a gain and an offset of its own.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 10.0, 0.01)
+    >>> round(lag_of(100.0, np.sin(t), np.cos(t - 0.03)), 4), lag_of(100.0, np.sin(t), np.cos(t))
+    (0.03, 0.0)
+    """
+    sums = (np.cumsum(velocity) - velocity / 2.0) / rate_hz
+    table = np.stack([np.ones(sums.size), np.linspace(-1.0, 1.0, sums.size), position, velocity], axis=1)
+    with_lag, without = (np.linalg.lstsq(x, sums, rcond=None)[0] for x in (table, table[:, :3]))
+    left, more = (float(np.sum((sums - x @ found) ** 2)) for x, found in ((table, with_lag), (table[:, :3], without)))
+    lag = -float(with_lag[3] / with_lag[2]) if with_lag[2] != 0.0 else 0.0
+    return lag if left < _SHOWN * more and lag * rate_hz > _LEAST_LAG else 0.0
+
+
+def even_grid(time_s: Floats, values: Floats, interval_s: float) -> tuple[Floats, Floats]:
+    """Return times about ``interval_s`` apart, and values there of unevenly sampled ones."""
+    first, passed = float(time_s[0]), float(time_s[-1] - time_s[0])
+    samples = max(_FILTERED_AT_LEAST, round(passed / interval_s) + 1)
+    grid = first + np.arange(samples, dtype=np.float64) * (passed / (samples - 1) if passed > 0.0 else interval_s)
+    starts = np.flatnonzero(np.append(True, np.diff(time_s) > 0.0))  # a coarse clock gives several readings one time
+    there = np.interp(grid, time_s[starts], group_means(values, starts))
+    return grid, np.asarray(there, dtype=np.float64)
+
+
+def smooth_derivatives(time_s: Floats, values: Floats, cutoff_hz: float) -> tuple[Floats, Floats, Floats]:
+    """Return evenly sampled values through the low pass, their first and their second derivative."""
+    rate_hz = (time_s.size - 1) / float(time_s[-1] - time_s[0])
+    smooth = low_pass(values, rate_hz, cutoff_hz)
+    velocity = np.gradient(smooth, 1.0 / rate_hz)
+    return smooth, velocity, np.gradient(velocity, 1.0 / rate_hz)
 
 
 def local_derivatives(time_s: Floats, values: Floats) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from rtec.dataset.at_rest import conditions_of, held_places, merge_bursts, prepare_at_rest, run_clocks, velocity_of
 from rtec.dataset.dataset import Dataset, same_kind
-from rtec.dataset.drive_signals import Resample
+from rtec.dataset.drive_signals import Resample, step_of
 from rtec.dataset.log_rows import leave_out_transient, prepare_log
 from rtec.dataset.moving_log import is_moving
 from rtec.dataset.observed import (
@@ -253,6 +253,7 @@ def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cuto
         resample=resample,
         coordinate=rows.coordinate,
         cutoff_hz=cutoff_hz,
+        rounding=step_of(rows.observed),
         axis=_axis_of(rows.measurement),
     )
 

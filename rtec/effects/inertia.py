@@ -2,8 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
 from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
+
+ONE_FREQUENCY = 0.9
+"""Share of the acceleration that goes with the position: beyond, the variance of an estimate is inflated tenfold."""
+
+
+def one_frequency(conditions: Conditions) -> str | None:
+    """Return why the data cannot tell inertia from a spring, or None: where the axis swings at one frequency."""
+    x, a = conditions.position, conditions.acceleration
+    if a is None or conditions.time_is_coordinate or np.ptp(x) == 0.0 or np.ptp(a) == 0.0:
+        return None
+    alike = float(np.corrcoef(x, a)[0, 1]) ** 2
+    return "one frequency: not identifiable from a spring" if alike > ONE_FREQUENCY else None
 
 
 class Inertia(Effect):
@@ -27,7 +41,7 @@ class Inertia(Effect):
     observable = Observable.DRIVE
     amplitude_per = Per.ACCELERATION
     not_negative = True
-    data_checks = (no_acceleration,)
+    data_checks = (no_acceleration, one_frequency)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the acceleration, shape (rows, 1)."""

@@ -96,6 +96,8 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     slopes = [_slopes(space, choice, a) for choice, a in zip(model.choices, amplitudes, strict=True)]
     moved = np.vstack([table, *(whiten(s) for s in slopes if s.size)])
     covariance = variance * _covariance(moved, noise if weights != model.colour else None)
+    if space.dataset.conditions.moving and space.dataset.rounding > 0.0:
+        covariance += _of_rounding(moved, numbers @ np.vstack([none, *raw]), variance, space.dataset.rounding)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     holder = _holder([Term(effect=effect) for effect, _ in model.choices]) if space.has_datum else None
     terms, at = [], table.shape[0]
@@ -143,6 +145,24 @@ def _covariance(table: Floats, noise: Whitening | None) -> Floats:
         covariance = covariance @ (scaled @ noise.coloured(scaled).T) @ covariance
     covariance /= np.multiply.outer(length, length)
     return covariance
+
+
+def _of_rounding(table: Floats, said: Floats, variance: float, step: float) -> Floats:
+    """Return the covariance of parameters that rounding brings, whose error is the same wherever the model says so.
+
+    Notes
+    -----
+    Of noise of standard deviation ``s`` before rounding, the mean of what is rounded to ``step`` is off by a wave of
+    amplitude ``step / pi * exp(-2 (pi s / step)^2)`` over the true value (B. Widrow, I. Kollar, Quantization Noise,
+    2008, appendix on bias). Values half a step apart are off independently of each other.
+    """
+    noise = max(variance - step**2 / 4.0, 0.0)  # rounding adds up to that, halfway between two steps
+    square = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * noise / step**2)
+    level = np.unique(np.round(2.0 * said / step), return_inverse=True)[1]
+    sums = np.array([np.bincount(level, column) for column in table])
+    inverse = _covariance(table, None)
+    found: Floats = square * inverse @ (sums @ sums.T) @ inverse
+    return found
 
 
 def _rows(square: Floats) -> tuple[tuple[float, ...], ...]:

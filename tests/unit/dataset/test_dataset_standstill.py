@@ -70,10 +70,11 @@ def test_the_low_pass_of_a_velocity_turns_no_motion_round():
     rate, ramp = 50.0, 0.5 - 0.5 * np.cos(np.pi * np.arange(6) / 6.0)
     move = np.concatenate([ramp, np.ones(60), ramp[::-1]]) * 8.0 + 0.01
     v = np.tile(np.concatenate([move, move, move, -move, -move, -move]), 6)
-    time, position = np.arange(v.size) / rate, np.cumsum(v) / rate
+    time, position = np.arange(v.size) / rate, (np.cumsum(v) - v / 2) / rate
     c = load_dataset(log_of(time, np.round(position, 3), np.sign(v), np.round(v, 3))).conditions
     assert (np.sign(c.velocity) != np.sign(np.interp(c.time_s, time, v))).sum() > 10, "it does swing"
-    assert (c.direction != np.sign(np.interp(c.time_s, time, v))).mean() < 0.002
+    moves = c.velocity != 0.0  # it creeps where it turns
+    assert (c.direction != np.sign(np.interp(c.time_s, time, v)))[moves].mean() < 0.002
 
 
 def test_a_decimated_log_has_one_row_for_each_standstill():

@@ -1,5 +1,7 @@
 """Effects of a moving axis: lags, and the forces of a drive, against simulated motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,16 @@ def test_a_proportional_loop_follows_late():
         t += step
     c = held_against(np.array([speed * t]), np.array([speed]))
     assert ServoLag().contribution(c, Shape(), [1 / gain]) == pytest.approx([actual - speed * t], rel=1e-3)
+
+
+def test_at_one_frequency_inertia_looks_like_a_spring():
+    t = np.linspace(0.0, 3.0, 500)
+    for second, why in ((0.0, "one frequency: not identifiable from a spring"), (20.0, None)):
+        position = 50 * np.sin(2 * t) + second * np.sin(7 * t)
+        c = held_against(position, np.gradient(position, t))
+        assert (
+            Inertia().untestable(replace(c, acceleration=-200 * np.sin(2 * t) - 49 * second * np.sin(7 * t))) == why
+        )
 
 
 def test_a_slide_on_a_spring_lags_by_its_inertia():

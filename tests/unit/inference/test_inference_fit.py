@@ -138,6 +138,21 @@ def test_errors_hold_what_is_not_known_of_the_noise():
     assert both.errors[0] > 1.2 * one.errors[0]
 
 
+def test_errors_hold_what_coarse_rounding_hides():
+    """A current of two levels is off by as much as its step, in the same way at each of its readings."""
+    rng, friction = np.random.default_rng(5), effect_named("coulomb")
+    data, covered = measured(runs=1, targets=100), []
+    way = np.where(np.arange(200) % 40 < 20, 1.0, -1.0)
+    conditions = replace(data.conditions, direction=way, velocity=way, moving=True)
+    data = replace(data, observable=Observable.DRIVE, conditions=conditions, rounding=2.0)
+    for true in rng.uniform(3.0, 9.0, 60):
+        force = np.round((true * way + rng.normal(0.0, 0.4, 200)) / 2.0) * 2.0
+        judge = Judge(Space(replace(data, observed=force)))
+        terms, _ = fitted_terms(judge, scored(judge, [(friction, friction.shape_type())], Colour()))
+        covered.append(abs(terms[0].amplitudes[0] - true) < 2.0 * terms[0].errors[0])
+    assert 0.9 <= np.mean(covered)
+
+
 def test_amplitudes_that_cannot_be_negative_stay_at_zero():
     friction, inertia = effect_named("viscous"), effect_named("inertia")
     rng = np.random.default_rng(0)
