@@ -37,8 +37,9 @@ _SLIPS = {
     "deg": {3600.0: "deg among arcsec", 1 / 3600.0: "arcsec among deg"},
 }
 """By which factor a reading agrees with its repeats where its unit was mistaken."""
-_TELLING = 2.0
-"""Times what an outlier is off, at least: near zero any reading agrees with the others once it is made small."""
+_TELLING, _CLOSE = 2.0, 0.4
+"""Times what an outlier is off, at least: near zero any reading agrees with the others once it is made small; and up
+to which it agrees in its right unit."""
 _EXCHANGED = "its directions look exchanged"
 
 
@@ -210,9 +211,12 @@ def _unit_slips(test: _Test, apart: np.ndarray) -> tuple[list[str], np.ndarray]:
     if not known.any():
         return [], found
     near = FAR * robust_scale((y - middle)[known]) + 1e-9 * np.abs(y)
-    texts, possible = [], known & (np.abs(y - middle) > near) & (np.abs(middle) > _TELLING * near)
+    away = known & (np.abs(y - middle) > near)
+    texts, possible = [], away & (np.abs(middle) > _TELLING * near)
     for factor, what in _SLIPS.get(test.unit, {}).items():
-        slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
+        slipped = possible & ~found & (np.abs(factor * y - middle) <= _CLOSE * near)
+        for rows in test.passes:  # a zero that jumped moves many readings, and some of them anywhere
+            slipped[rows] &= 2 * np.count_nonzero(slipped[rows]) > np.count_nonzero(away[rows])
         if slipped.any():
             rows = np.flatnonzero(slipped)
             how = f"multiplied by {factor:.4g} it agrees with the other readings at its target"

@@ -21,8 +21,8 @@ _FEWEST_FREE = 3
 _SUSPECT, _SURE, _ALIKE = 3.0, 10.0, 5.0
 """Log likelihood ratio from which on two runs may differ by more than noise, from which on it is said, and up to
 which two changes explain it equally well."""
-_BETTER, _BETTER_OF_TWO = 1.5, 3.0
-"""Times by which a run agrees better once it is changed, at least; with a single other run."""
+_BETTER, _BETTER_OF_HALF = 1.5, 3.0
+"""Times by which a run agrees better once it is changed, at least; where the others are but half of all."""
 _SAME_SCATTER, _MOST = 4.0, 0.7
 """Times by which the scatter may miss the factor of the units, and share of the other runs that have to say so."""
 
@@ -122,7 +122,8 @@ class _Runs:
             # a change that leaves the others as they are tells nothing
             least = np.minimum(before, _median(scatter[:, rest]) if several else altered[:, rest[0]])
             allowed = near * (1.3 + 2.0 / np.sqrt(np.maximum(freedom, 1.0))) if several else np.inf
-            right = (least > (_BETTER if several else _BETTER_OF_TWO) * after) & (after <= allowed)
+            outvoted = 2 * rest.size > every.size
+            right = (least > (_BETTER if outvoted else _BETTER_OF_HALF) * after) & (after <= allowed)
             ratio = (known * near**2 + freedom * least**2) / (known * near**2 + freedom * after**2)
             worth = np.where(right, 0.5 * (freedom + known) * np.log(np.where(right, ratio, 1.0)), 0.0)
             for change in range(3, min(5, worth.size)):
@@ -136,7 +137,7 @@ class _Runs:
                     run=int(self.names[run]),
                     changes=tuple(self.changes[change] for change in best),
                     others=tuple(self.names[rest].tolist()),
-                    outvoted=2 * rest.size > every.size,
+                    outvoted=outvoted,
                     before=float(before),
                     after=float(after[best[0]]),
                 )

@@ -18,7 +18,7 @@ _MOST_LAGS = 200
 _SETTLES = (0.03, 0.1, 0.3, 1.0)
 """Time constants after which an axis is warm, as shares of a measurement."""
 _FALLS, _HALVES, _PENALTY = 0.2, 0.5, 2.0
-"""Share by which what changes slowly, and a jump, lower the variance at least; penalty of a column by log(readings)."""
+"""Share by which what changes slowly, and a jump, lower the variance at least; penalty of a column, in log(rows)."""
 _MOST_NUMBERS = 1_000_000
 """In the columns of jumps: of a long measurement not every reading may be the first after one."""
 _NOTHING = 1e-3
@@ -61,6 +61,7 @@ def _of_repeats(dataset: Dataset) -> tuple[float, float]:
     clock, place, *heat = (
         (values - values.min()) / max(float(np.ptp(values)), 1e-300)
         for values in (c.clock, c.position, *c.temperatures.values())
+        if np.isfinite(values).all()
     )
     slow = [clock, *(-np.expm1(-clock / share) for share in _SETTLES), *heat]
     most = 1 + _MOST_NUMBERS // clock.size
