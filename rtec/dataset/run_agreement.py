@@ -50,18 +50,23 @@ def misfits(data: Dataset) -> list[Misfit]:
     Notes
     -----
     From the difference of two runs an offset and a part linear in position, fitted with Huber's weights, are taken
-    off: a drift from run to run is no misfit. The reference is the median of the largest group of runs that agree as
-    they are, without the run that is judged. A run is wrong if it agrees 1.5 times better once it is changed, about
-    as well as the others do, whom the change would make worse, with a log likelihood ratio of 10 (Student's, the
-    noise known from the others); or if it scatters 1000 times as much or as little as they do.
+    off, then also one linear in the usual order of readings: a drift from run to run, or in one, is no misfit. The
+    reference is the median of the largest group of runs that agree as they are, without the run that is judged. A run
+    is wrong if it agrees 1.5 times better once it is changed, about as well as the others do, whom the change would
+    make worse, with a log likelihood ratio of 10 (Student's, the noise known from the others); or if it scatters 1000
+    times as much or as little as they do.
     """
-    runs = _Runs(data)
-    group = runs.alike() if runs.names.size > 1 else np.empty(0, dtype=np.int64)
-    found = list(runs.judged(group))
-    rest = group[~np.isin(runs.names[group], [one.run for one in found])]
-    if rest.size in (0, group.size):
-        return found[-1:] if rest.size == 0 else found
-    return list(runs.judged(rest))
+    runs, found = _Runs(data), dict[int, Misfit]()
+    for columns in (2, 3) if runs.names.size > 1 else ():
+        runs.drift = runs.columns[:, :columns]
+        group = runs.alike()
+        odd = list(runs.judged(group))
+        rest = group[~np.isin(runs.names[group], [one.run for one in odd])]
+        if rest.size < group.size:
+            odd = list(runs.judged(rest)) if rest.size else odd[-1:]
+        if runs.names.size > 2 or not found:
+            found = {one.run: one for one in odd} | found
+    return [found[run] for run in sorted(found)]
 
 
 class _Runs:
@@ -75,7 +80,10 @@ class _Runs:
         self.names, run = np.unique(c.run, return_inverse=True)
         rows = np.unique(condition, return_index=True)[1]
         position = c.position[rows] - c.position.min()
-        self.drift = np.stack([np.ones(rows.size), position / max(float(position.max()), 1e-300)], axis=1)
+        order = np.bincount(condition, weights=np.arange(data.rows) - np.searchsorted(np.sort(run), run))
+        drift = [np.ones(rows.size), position, order / np.bincount(condition)]
+        self.columns = np.stack([part / max(float(np.abs(part).max()), 1e-300) for part in drift], axis=1)
+        self.drift = self.columns
         sums, count = np.zeros((2, self.names.size, rows.size))
         np.add.at(sums, (run, condition), data.observed)
         np.add.at(count, (run, condition), 1.0)
@@ -150,7 +158,7 @@ class _Runs:
         weight, left = known.astype(np.float64), y
         for _ in range(6):
             weighted = (x * weight[..., None]).swapaxes(-1, -2)
-            numbers = np.linalg.solve(weighted @ x + 1e-9 * np.eye(2), weighted @ y[..., None])
+            numbers = np.linalg.solve(weighted @ x + 1e-9 * np.eye(x.shape[-1]), weighted @ y[..., None])
             left = np.where(known, y - (x @ numbers)[..., 0], np.nan)
             size = np.abs(np.where(known, left, 0.0))
             usual = 3.0 * np.nan_to_num(_median(np.abs(left)))[..., None] + 1e-300
