@@ -18,7 +18,7 @@ _MOST_RUNS = 24
 """Runs of which some are chosen to judge all by."""
 _FEWEST_FREE = 3
 """Degrees of freedom without which a run has no scatter."""
-_SUSPECT, _SURE, _ALIKE = 3.0, 10.0, 5.0
+_SUSPECT, _SURE, _ALIKE = 6.0, 10.0, 5.0
 """Log likelihood ratio from which on two runs may differ by more than noise, from which on it is said, and up to
 which two changes explain it equally well."""
 _BETTER, _BETTER_OF_HALF = 1.5, 3.0
@@ -49,12 +49,12 @@ def misfits(data: Dataset) -> list[Misfit]:
 
     Notes
     -----
-    From the difference of two runs an offset and a part linear in position, fitted with Huber's weights, are taken
-    off, then also one linear in the usual order of readings: a drift from run to run, or in one, is no misfit. The
-    reference is the median of the largest group of runs that agree as they are, without the run that is judged. A run
-    is wrong if it agrees 1.5 times better once it is changed, about as well as the others do, whom the change would
-    make worse, with a log likelihood ratio of 10 (Student's, the noise known from the others); or if it scatters 1000
-    times as much or as little as they do.
+    From the difference of two runs an offset and a part linear in position are taken off, then also one linear in the
+    usual order of readings: a drift from run to run, or in one, is no misfit. Readings far off hardly count in that.
+    The reference is the median of the largest group of runs that agree as they are, without the run that is judged. A
+    run is wrong if it agrees 1.5 times better once it is changed, about as well as the others do, whom the change
+    would make worse, with a log likelihood ratio of 10 (Student's, the noise known from the others); or if it scatters
+    1000 times as much or as little as they do.
     """
     runs, found = _Runs(data), dict[int, Misfit]()
     for columns in (2, 3) if runs.names.size > 1 else ():
@@ -162,7 +162,7 @@ class _Runs:
             left = np.where(known, y - (x @ numbers)[..., 0], np.nan)
             size = np.abs(np.where(known, left, 0.0))
             usual = 3.0 * np.nan_to_num(_median(np.abs(left)))[..., None] + 1e-300
-            weight = known * np.minimum(1.0, usual / np.maximum(size, 1e-300))
+            weight = known * np.minimum(1.0, usual / np.maximum(size, 1e-300)) ** 2
         scatter = np.sqrt((weight * size**2).sum(axis=-1) / np.maximum(free, 1))
         return left, np.where(free >= _FEWEST_FREE, scatter, np.nan), free.astype(np.float64)
 
