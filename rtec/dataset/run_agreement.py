@@ -53,8 +53,8 @@ def misfits(data: Dataset) -> list[Misfit]:
     usual order of readings: a drift from run to run, or in one, is no misfit. Readings far off hardly count in that.
     The reference is the median of the largest group of runs that agree as they are, without the run that is judged. A
     run is wrong if it agrees 1.5 times better once it is changed, about as well as the others do, whom the change
-    would make worse, with a log likelihood ratio of 10 (Student's, the noise known from the others); or if it scatters
-    1000 times as much or as little as they do.
+    would make worse, with a log likelihood ratio of 10 (Student's, the noise known from the others); or if it
+    scatters 1000 times as much or as little as they do.
     """
     runs, found = _Runs(data), dict[int, Misfit]()
     for columns in (2, 3) if runs.names.size > 1 else ():
