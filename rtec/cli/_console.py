@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Protocol
 
@@ -45,6 +45,12 @@ def note(message: str) -> None:
     """Write one line on stderr."""
     sys.stderr.write(f"rtec: {message}\n")
     sys.stderr.flush()
+
+
+def warn(texts: Iterable[str], where: str = "", what: str = "warning") -> None:
+    """Write a line on stderr for each of some sentences that speak against a file, with its name before them."""
+    for text in texts:
+        sys.stderr.write(f"{what}: {where}{text}\n")
 
 
 class _Compiling(logging.Handler):

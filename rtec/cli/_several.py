@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from rtec.cli._console import note, print_json
+from rtec.cli._console import note, print_json, warn
 from rtec.cli._measured import Inputs, MeasuredOptions
 from rtec.cli._parameters import apart
 from rtec.errors import ArgumentError
@@ -126,5 +126,6 @@ def show_several(
     for name, result in results.items():
         for said in result.dataset.notes:
             note(f"{name}: {said}")
+        warn(result.dataset.warnings, f"{name}: ")
         console.print(f"{name}: {sentence(result)}", soft_wrap=True, markup=False)
     console.print(several_table(results, found))

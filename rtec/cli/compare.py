@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import note, print_json, progress
+from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import folder, force
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 
@@ -65,10 +65,12 @@ def compare(
 def _show(result: Comparison) -> None:
     from rich.console import Console
 
+    from rtec.dataset.dataset import warnings_of
     from rtec.report.diagnosis import comparison_sentence, comparison_table
 
     for sentence in result.dataset.notes:
         note(sentence)
+    warn(warnings_of(result.dataset, result.heldout))
     console = Console(highlight=False)
     console.print(comparison_sentence(result), soft_wrap=True, markup=False)
     console.print(comparison_table(result))

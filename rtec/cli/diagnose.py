@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import note, print_json, progress
+from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import folder, force, written
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
@@ -115,6 +115,7 @@ def _write_plan(path: Path, result: Diagnosis) -> bool:
 
 def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:
     """Print a diagnosis and what was written: one JSON document, or the verdict in a sentence and tables."""
+    from rtec.dataset.dataset import warnings_of
     from rtec.report.diagnosis import diagnosis_document, diagnosis_table, verdict_sentence
 
     if as_json:
@@ -124,6 +125,7 @@ def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool,
 
     for sentence in dict.fromkeys((*result.dataset.notes, *result.notes)):
         note(sentence)
+    warn(warnings_of(result.dataset, result.heldout))
     console = Console(highlight=False)
     console.print(verdict_sentence(result), soft_wrap=True, markup=False)
     console.print(diagnosis_table(result))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import note, print_json
+from rtec.cli._console import note, print_json, warn
 from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import flag, folder, force, option
 from rtec.cli._several import names_of
@@ -108,8 +108,7 @@ def _judged(
     path: Path, name: str, period: str | None, given: Mapping[str, str], choices: ColumnChoices
 ) -> JudgedTest:
     """Return a file's figures, their uncertainty, and what speaks against them."""
-    from rtec.dataset.load import measurement_of
-    from rtec.inference.plausibility import implausible
+    from rtec.dataset.load import measurement_of, positioning_warnings
     from rtec.metrology import JudgedTest, positioning_figures, positioning_uncertainty, vdi_figures
 
     measurement = measurement_of(path, choices)
@@ -123,7 +122,7 @@ def _judged(
         figures=figures,
         vdi=vdi_figures(figures),
         uncertainty=positioning_uncertainty(figures, _inputs(measurement, figures.coordinate, given)),
-        warnings=(*figures.warnings, *implausible(measurement, facts)),
+        warnings=(*figures.warnings, *positioning_warnings(measurement, facts)),
         unknown=tuple(measurement.unknown),
         notes=measurement.notes,
     )
@@ -188,6 +187,4 @@ def _say(tests: Sequence[JudgedTest], what: str, *, with_unused: bool) -> None:
         for sentence in test.notes:
             note(sentence if len(tests) == 1 else f"{test.name}: {sentence}")
         unused = [f"columns not used: {', '.join(test.unknown)}"] if with_unused and test.unknown else []
-        where = f"{test.name}: " if len(tests) > 1 else ""
-        for text in (*test.warnings, *unused):
-            typer.echo(f"{what}: {where}{text}", err=True)
+        warn((*test.warnings, *unused), f"{test.name}: " if len(tests) > 1 else "", what)

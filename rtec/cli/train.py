@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _measured
-from rtec.cli._console import note, print_json, progress
+from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import flag, force, needs, option, whole, written
 from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
@@ -74,6 +74,7 @@ def train(
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")
+    from rtec.dataset.dataset import warnings_of
     from rtec.training import compare_predictors
 
     with progress(f"training on {data.name}") as show:
@@ -87,15 +88,16 @@ def train(
             seed=seed,
             progress=lambda what, share: show(share, what),
         )
+    warnings = warnings_of(given.dataset, given.heldout)
     if not json:  # before anything is written: a full disk shall not take the figures with it
-        _show(result, given.dataset.notes)
+        _show(result, given.dataset.notes, warnings)
     made = {} if output is None else _write(output, result, _chosen(result, pick), force=force)
     if figure is not None:
         _draw(figure, result, force=force)
     if json:
         from rtec.report.training import training_document
 
-        print_json(training_document(result) | made)
+        print_json(training_document(result) | {"warnings": warnings} | made)
     elif output is not None:
         typer.echo(f"{output}: {made['written']}")
     if result.interrupted:
@@ -144,13 +146,14 @@ def _write(path: Path, result: PredictorComparison, row: Row, *, force: bool) ->
     return {"model": str(path), "written": row.name}
 
 
-def _show(result: PredictorComparison, notes: tuple[str, ...]) -> None:
+def _show(result: PredictorComparison, notes: tuple[str, ...], warnings: list[str]) -> None:
     from rich.console import Console
 
     from rtec.report.training import training_sentence, training_table
 
     for sentence in (*notes, *result.notes):
         note(sentence)
+    warn(warnings)
     console = Console(highlight=False)
     if console.is_terminal:
         console.print(training_table(result, console.width))

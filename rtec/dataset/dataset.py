@@ -52,6 +52,8 @@ class Dataset:
     of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass."""
     notes: tuple[str, ...] = ()
     """What was done to the file's numbers before (differentiation, decimation, rows left out), in sentences."""
+    warnings: tuple[str, ...] = ()
+    """What speaks against the file: units, directions or signs that look wrong, outliers, copies, in sentences."""
     unknown: tuple[tuple[str, Floats], ...] = ()
     """Numeric columns that name no known quantity, by heading: they can be looked at, but no effect uses them."""
     resample: Resample | None = None
@@ -151,6 +153,12 @@ class Dataset:
         """Return some of the readings as if there were no others: what one pass alone visited is no repeat now."""
         part = self.take(rows)
         return replace(part, cell=cells_of(part.cell, part.passage))
+
+
+def warnings_of(data: Dataset, heldout: Dataset | None = None) -> list[str]:
+    """Return what speaks against a measurement, and against another one that judges it."""
+    others = () if heldout is None or heldout.source == data.source else heldout.warnings
+    return [*data.warnings, *(f"{heldout.source}: {text}" for text in others if heldout is not None)]
 
 
 def same_kind(data: Dataset, like: Dataset) -> Dataset:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -23,6 +24,7 @@ from rtec.dataset.observed import (
     without_wraps,
 )
 from rtec.dataset.passes import passages, passed_again
+from rtec.dataset.plausibility import implausible, unseen
 from rtec.dataset.repeats import cells_of, place_numbers
 from rtec.dataset.rows import Rows
 from rtec.dataset.standstill import Ints
@@ -40,6 +42,8 @@ _NO_POSITION = {
 }
 _AROUND = {"pressure": "pressure_hpa", "humidity": "humidity_percent", "load": "load"}  # columns and their fields
 _SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "moving")
+_OF_TEST = ("run", "direction", "target", "actual", "deviation")
+_PERIODS = ("screw_pitch", "scale_signal_period", "counts_per_rev")
 _SAME_LOAD = 0.01  # of what the loads differ by
 _LARGEST = 1e12  # in a unit inside: squares and sums of such numbers stay finite
 
@@ -99,6 +103,43 @@ def load_dataset(
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
     measurement = measurement_of(path_or_measurement, choices)
+    data = _prepared(measurement, observe, like, facts)
+    at_targets = data.coordinate == "target" and not data.conditions.moving and data.rows == measurement.rows
+    if data.observe != "deviation" or not at_targets:
+        return data
+    return replace(data, warnings=implausible(measurement, data))
+
+
+def positioning_warnings(measurement: Measurement, facts: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Return what speaks against a positioning test of three readings at least, in sentences with line and column.
+
+    Only targets, deviations, directions and runs are looked at: other columns and a clock that runs back, which a
+    search refuses, do not matter. ``facts``, and errors, are as of `load_dataset`.
+
+    Examples
+    --------
+    >>> from rtec.metrology import Readings, measurement_of_readings
+    >>> up, down, runs = [0.0, 8, 17, 30, 41], [41.0, 30, 17, 8, 0], 4
+    >>> error = np.random.default_rng(1).normal(0.0, 0.001, 40)
+    >>> error[17] = 0.1
+    >>> r = Readings(target_mm=(up + down) * 4, deviation_mm=error, direction=([1] * 5 + [-1] * 5) * 4,
+    ...              run=np.repeat([1, 2, 3, 4], 10))
+    >>> positioning_warnings(measurement_of_readings(r, {}))
+    ('reading 18, column deviation: 100 µm is far from the other readings at 17 mm backward: an outlier?',)
+    """
+    if measurement.rows < _FEWEST_ROWS:
+        return ()
+    known = {name: column for name, column in measurement.columns.items() if name in _OF_TEST}
+    linear = any(column.unit == "mm" for column in known.values())
+    said = {name: text for name, text in measurement.facts.items() if name in _PERIODS[0 if linear else 1 :]}
+    bare = replace(measurement, columns=known, facts=said, unknown={})
+    data = _prepared(bare, "deviation", None, facts)
+    return (*implausible(measurement, data), *unseen(measurement, data))
+
+
+def _prepared(
+    measurement: Measurement, observe: str | None, like: Dataset | None, facts: Mapping[str, str] | None
+) -> Dataset:
     if measurement.rows < _FEWEST_ROWS:
         problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
         raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")

@@ -9,6 +9,7 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import search_sample, shortened
+from rtec.dataset.outliers import at_turns, far, far_from_neighbours
 from rtec.effects import Shape, effect_named
 from rtec.errors import ArgumentError
 from rtec.inference.answer import probabilities, settled
@@ -18,7 +19,6 @@ from rtec.inference.fit import check_testable, fit_model, opened_model, residual
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
 from rtec.inference.noise import noise_floor
-from rtec.inference.outliers import at_turns, far, far_from_neighbours
 from rtec.inference.probes import Probe
 from rtec.inference.results import Diagnosis, Experiment, Outlier, Verdict
 from rtec.inference.scored import Judge, Scored

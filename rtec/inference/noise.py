@@ -1,4 +1,4 @@
-"""The noise floor: what differs between readings of the same conditions, else what a model leaves."""
+"""The noise floor: what differs between readings of the same conditions, without outliers and drift."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.outliers import far, far_from_neighbours
 from rtec.dataset.repeats import place_numbers
 from rtec.dataset.standstill import Ints, group_means
 from rtec.effects import Floats
@@ -14,17 +15,32 @@ from rtec.inference.results import NoiseFloor
 from rtec.inference.scored import Judge, Scored
 
 _MOST_LAGS = 200
+_SETTLES = (0.03, 0.1, 0.3, 1.0)
+"""Time constants after which an axis is warm, as shares of a measurement."""
+_FALLS, _HALVES, _PENALTY = 0.2, 0.5, 2.0
+"""Share by which what changes slowly, and a jump, lower the variance at least; penalty of a column, in log(rows)."""
+_MOST_NUMBERS = 1_000_000
+"""In the columns of jumps: of a long measurement not every reading may be the first after one."""
+_NOTHING = 1e-3
+"""Size of a column, of numbers from 0 to 1, of which the others leave nothing."""
 FEWEST_COMPARED = 10
 """Readings, from which on the variance between cells says something."""
 
 
 def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
-    """Return the noise of a reading: repeats differ by it, once what a model explains in time has been taken out."""
+    """Return the noise of a reading: what repeats of the file differ by, whatever the model; else what it leaves.
+
+    Notes
+    -----
+    Outliers do not count. From readings at rest, what changes with time or temperature is taken off: a straight line,
+    the approach to a steady state, a temperature, each with or without the same in proportion to position, where it
+    lowers the variance by a fifth; a step, or the zero of one run, where that halves it. Each has to be worth twice
+    the penalty of Schwarz's criterion, because the best of many is taken.
+    """
     dataset, fit = judge.space.dataset, judge.fit(model)
     sigma, dof = float(np.sqrt(fit.variance)), float(max(judge.space.readings - fit.mean.size, 1))
     if dataset.has_repeats:
-        in_time = (fit.contribution(k) for k, (effect, _) in enumerate(model.choices) if effect.in_time)
-        sigma, dof = within_cells(dataset.observed - sum(in_time, np.zeros(dataset.rows)), dataset.cell)
+        sigma, dof = _of_repeats(dataset)
     return NoiseFloor(
         from_repeats=dataset.has_repeats,
         sigma=sigma,
@@ -33,6 +49,52 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
         degrees_of_freedom=dof,
         sigma_adjacent=_adjacent(dataset) if dataset.has_repeats else None,
     )
+
+
+def _of_repeats(dataset: Dataset) -> tuple[float, float]:
+    """Return the standard deviation of repeats that nothing slow explains, and its degrees of freedom."""
+    dataset = dataset.take(~far_from_neighbours(dataset) & (dataset.cell >= 0))
+    sigma, dof = within_cells(dataset.observed, dataset.cell)
+    c = dataset.coordinates
+    if c.moving or c.time_is_coordinate or dataset.never_changes:
+        return sigma, dof
+    clock, place, *heat = (
+        (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+        for values in (c.clock, c.position, *c.temperatures.values())
+        if np.isfinite(values).all()
+    )
+    slow = [clock, *(-np.expm1(-clock / share) for share in _SETTLES), *heat]
+    most = 1 + _MOST_NUMBERS // clock.size
+    jumps = [clock >= at for at in np.sort(clock)[:: 1 + clock.size // most]]
+    jumps += [c.run == run for run in np.unique(c.run)[:most]]
+    parts = [*([part] for part in jumps), *([part] for part in slow), *([part, part * place] for part in slow)]
+    least = [*(_HALVES for _ in jumps), *(_FALLS for _ in (*slow, *slow))]
+    groups = [_off_cells(np.array(part, dtype=np.float64), dataset.cell) for part in parts]
+    left, price = _off_cells(dataset.observed[None], dataset.cell)[0], _PENALTY * np.log(dataset.rows)
+    while dof > FEWEST_COMPARED:
+        square = max(float(left @ left), 1e-300)
+        bases = [basis[size > _NOTHING] for _, size, basis in (np.linalg.svd(g, full_matrices=False) for g in groups)]
+        shares = [float(np.sum((basis @ left) ** 2)) / square for basis in bases]
+        worth = [
+            -dataset.rows * np.log1p(-min(share, 1.0 - 1e-12)) - price * (len(basis) + 1) if share > limit else 0.0
+            for share, basis, limit in zip(shares, bases, least, strict=True)
+        ]
+        best = int(np.argmax(worth))
+        if worth[best] <= 0.0:
+            break
+        basis = bases[best]
+        left = left - basis.T @ (basis @ left)
+        groups = [group - group @ basis.T @ basis for group in groups]
+        dof -= len(basis)
+    if (out := far(left)).any():
+        return _of_repeats(dataset.take(~out))
+    return float(np.sqrt(left @ left / dof)), dof
+
+
+def _off_cells(rows: Floats, cells: Ints) -> Floats:
+    """Return numbers about the means of their cells, shape (columns, rows)."""
+    number, count = np.unique(cells, return_inverse=True, return_counts=True)[1:]
+    return np.array([row - (np.bincount(number, weights=row) / count)[number] for row in rows])
 
 
 def within_cells(values: Floats, cells: Ints) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.dataset.dataset import Dataset
+from rtec.dataset.dataset import Dataset, warnings_of
 from rtec.effects import Card
 from rtec.effects.experiments import rival
 from rtec.inference.collinear import collinear_pairs, effect_or_none, nested, not_identifiable, tied_groups
@@ -168,7 +168,7 @@ def search_text(diagnosis: Diagnosis, shown: Shown) -> SearchText:
         sentence=verdict_sentence(d),
         unit=shown.symbol,
         facts=facts(d.dataset, d.noise, d.heldout, d.heldout_by),
-        notes=[printable(note) for note in d.dataset.notes],
+        notes=[printable(note) for note in (*warnings_of(d.dataset, d.heldout), *d.dataset.notes)],
         search_notes=[printable(note) for note in d.notes],
         steps=step_rows(d, shown),
         floor=floor_words(d.noise, shown),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING, Any
 
+from rtec.dataset.dataset import warnings_of
 from rtec.inference.collinear import collinear_pairs, nested
 from rtec.inference.fit import values_of
 from rtec.inference.results import Candidate, Diagnosis, Step, Unknown, Value
@@ -81,6 +82,7 @@ def _document(result: Diagnosis | Comparison, shown: Shown, more: dict[str, Any]
         "noise_floor": shown.number(noise.floor),
         "unit": shown.unit,
         **_plain(result.dataset, "rows", "observe", "source"),
+        "warnings": warnings_of(result.dataset, result.heldout),
         "heldout_by": result.heldout_by,
         "heldout_rows": (result.heldout or result.dataset).rows,
         "datum": shown.number(result.model.datum),

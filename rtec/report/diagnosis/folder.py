@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rtec.dataset.dataset import warnings_of
 from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis import chapters
@@ -59,7 +60,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
         "sentence": comparison_sentence(c),
         "tone": "good" if c.at_the_floor else "mind",
         "facts": chapters.facts(c.dataset, c.noise, c.heldout, c.heldout_by),
-        "notes": [printable(note) for note in c.dataset.notes],
+        "notes": [printable(note) for note in (*warnings_of(c.dataset, c.heldout), *c.dataset.notes)],
         "effects": chapters.found_effects(c.model, ()),
         "where": [
             (row.quantity, row.share, row.place, row.mean_with_unit, row.rows)

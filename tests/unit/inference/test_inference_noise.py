@@ -49,13 +49,29 @@ def test_the_floor_does_not_see_what_repeats_and_is_unbiased(rho, white):
     assert all(f.from_repeats and f.floor == f.sigma for f in found)
 
 
-def test_what_a_model_explains_in_time_is_no_noise():
-    data = measured(lambda x, way, t, run: 4e-6 * t + 0.004 * way, runs=6)
-    having = floor_of(data, [(DRIFT, Shape()), (BACKLASH, Shape())])
-    assert having.sigma == pytest.approx(SIGMA, rel=0.15)
-    alone, beside = floor_of(data), floor_of(data, [(BACKLASH, Shape())])
-    assert within_cells(data.observed, data.cell)[0] > 1.3 * having.sigma
-    assert beside.sigma == pytest.approx(alone.sigma), "what repeats is not taken out once more"
+IN_TIME = {
+    "drift": lambda x, way, t, run: 4e-6 * t + 0.004 * way,
+    "warm-up": lambda x, way, t, run: -0.02 * np.exp(-t / 1200.0),
+    "growth": lambda x, way, t, run: -1e-4 * x * np.exp(-t / 1200.0),
+    "lost counts": lambda x, way, t, run: 0.01 * (t > 2000.0),
+    "a run of its own": lambda x, way, t, run: 0.02 * (run == 3),
+}
+
+
+@pytest.mark.parametrize("what", IN_TIME)
+def test_a_file_has_one_floor_whatever_changes_in_time_and_whatever_the_model(what):
+    for seed in range(3):
+        data = measured(IN_TIME[what], runs=6, seed=seed)
+        alone, beside = floor_of(data), floor_of(data, [(DRIFT, Shape()), (BACKLASH, Shape())])
+        assert within_cells(data.observed, data.cell)[0] > 1.3 * alone.sigma
+        assert alone.sigma == pytest.approx(SIGMA, rel=0.15)
+        assert (beside.sigma, beside.degrees_of_freedom) == (alone.sigma, alone.degrees_of_freedom)
+
+
+def test_an_outlier_does_not_raise_the_floor():
+    data = measured(IN_TIME["warm-up"], runs=6)
+    data.observed[70] += 0.2
+    assert floor_of(data).sigma == pytest.approx(SIGMA, rel=0.15)
 
 
 def test_adjacent_repeats_hardly_see_what_changes_slowly():

@@ -10,8 +10,8 @@ from rtec.blind.game import play
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
+from rtec.dataset.outliers import FAR, at_turns, far, far_from_neighbours
 from rtec.inference.diagnose import diagnose
-from rtec.inference.outliers import FAR, at_turns, far, far_from_neighbours
 from rtec.inference.results import Verdict
 
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way

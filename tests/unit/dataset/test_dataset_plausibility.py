@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from rtec.inference.plausibility import implausible
+from rtec.dataset.load import positioning_warnings
 from rtec.metrology import read_measurement
 
 PLACES = (0.0, 8.0, 17.0, 30.0, 41.0, 55.0)
@@ -37,7 +37,7 @@ def found(tmp_path, rows, header="run,direction,time_s,target_mm,deviation_um", 
     file = tmp_path / "x.csv"
     text = "\n".join(",".join(f"{value:.10g}" for value in row) for row in rows)
     file.write_text(f"# axis: x\n{header}\n{text}\n")
-    return implausible(read_measurement(file), facts)
+    return positioning_warnings(read_measurement(file), facts)
 
 
 def changed(run, way, place, column, value):
@@ -73,7 +73,7 @@ def test_directions_that_are_exchanged(tmp_path):
     rows = [[run, -way, time, place, deviation] for run, way, time, place, deviation in good_rows()]
     (text,) = found(tmp_path, rows)
     assert text.startswith("column direction: targets fall from row to row where it says forward")
-    assert text.endswith("exchanged?")
+    assert text.endswith("are the directions exchanged? If so, exchange them in that column")
     one_way = [row for row in good_rows() if row[1] > 0]
     assert found(tmp_path, [[run, -1, *rest] for run, _, *rest in one_way]) == (text,)
 

@@ -1,32 +1,28 @@
-"""Whether a positioning test can be what it seems: outliers, mistaken units, copied runs, clocks that run back.
+"""Whether a positioning test can be what it seems: mistaken units, directions or signs, outliers, copies, clocks.
 
-Readings are looked at as `rtec.inference.diagnose` looks at them: its outliers, its periods that targets cannot show,
-its repeats and its clock. What ISO 230-2 asks of targets and runs stands in the warnings of the figures.
+What ISO 230-2 asks of targets and runs stands in the warnings of the figures.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from rtec.dataset.at_rest import clock_runs_back
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.load import load_dataset
 from rtec.dataset.moving_log import is_moving
+from rtec.dataset.outliers import FAR, far_from_neighbours, robust_scale
 from rtec.dataset.repeats import members_of, pair_numbers, place_numbers
+from rtec.dataset.run_agreement import Misfit, misfits
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import Floats
-from rtec.inference.outliers import FAR, far_from_neighbours, robust_scale
 from rtec.metrology import Measurement
 from rtec.metrology.tables.choices import as_option
 from rtec.readable import quantity_text
 
-_COLUMNS = ("run", "direction", "target", "actual", "deviation")
-_FACTS = ("screw_pitch", "scale_signal_period", "counts_per_rev")
-_FEWEST_ROWS, _FEWEST_REPEATS, _FEWEST_TARGETS = 3, 3, 3
+_FEWEST_REPEATS, _FEWEST_TARGETS = 3, 3
 _MOST_SHOWN = 8
 _RARELY, _BY_CHANCE = 0.1, 0.01
 """Share of equal repeats where nothing tells it, and the chance of equal passes below which they are copies."""
@@ -37,64 +33,51 @@ _COARSE = 1e-2
 _FINE, _FINEST = 2e-7, {"mm": 1e-4, "deg": 1e-5}
 """Nor are those below this share that are below this size, too."""
 _SLIPS = {
-    "mm": ((1e3, "mm among um"), (1e-3, "um among mm"), (25.4, "inch among mm"), (1 / 25.4, "mm among inch")),
-    "deg": ((3600.0, "deg among arcsec"), (1 / 3600.0, "arcsec among deg")),
+    "mm": {1e3: "mm among um", 1e-3: "um among mm", 25.4: "inch among mm", 1 / 25.4: "mm among inch"},
+    "deg": {3600.0: "deg among arcsec", 1 / 3600.0: "arcsec among deg"},
 }
 """By which factor a reading agrees with its repeats where its unit was mistaken."""
-_TELLING = 2.0
-"""Times what an outlier is off, at least: near zero any reading agrees with the others once it is made small."""
+_TELLING, _CLOSE = 2.0, 0.4
+"""Times what an outlier is off, at least: near zero any reading agrees with the others once it is made small; and up
+to which it agrees in its right unit."""
+_EXCHANGED = "its directions look exchanged"
 
 
-def implausible(measurement: Measurement, facts: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Return what speaks against a positioning test of three readings at least, in sentences with line and column.
+def implausible(measurement: Measurement, data: Dataset) -> tuple[str, ...]:
+    """Return what speaks against a positioning test, in sentences with line and column.
 
     Parameters
     ----------
-    measurement
-        With targets, and deviations or actual positions.
-    facts
-        ``screw_pitch``, ``scale_signal_period``, ``counts_per_rev`` from options; they go before those of the file.
-
-    Raises
-    ------
-    RtecError
-        The measurement holds no positioning test, or a fact is wrong.
-
-    Examples
-    --------
-    >>> from rtec.metrology import Readings, measurement_of_readings
-    >>> up, down, runs = [0.0, 8, 17, 30, 41], [41.0, 30, 17, 8, 0], 4
-    >>> error = np.random.default_rng(1).normal(0.0, 0.001, 40)
-    >>> error[17] = 0.1
-    >>> r = Readings(target_mm=(up + down) * 4, deviation_mm=error, direction=([1] * 5 + [-1] * 5) * 4,
-    ...              run=np.repeat([1, 2, 3, 4], 10))
-    >>> implausible(measurement_of_readings(r, {}))
-    ('reading 18, column deviation: 100 µm is far from the other readings at 17 mm backward: an outlier?',)
+    measurement, data
+        Deviations of a measurement with targets, and the same readings row by row, at rest.
     """
-    if measurement.rows < _FEWEST_ROWS:
-        return ()
-    known = {name: column for name, column in measurement.columns.items() if name in _COLUMNS}
-    linear = any(column.unit == "mm" for column in known.values())
-    said = {name: text for name, text in measurement.facts.items() if name in _FACTS[0 if linear else 1 :]}
-    bare = replace(measurement, columns=known, facts=said, unknown={})
-    data = load_dataset(bare, observe="deviation", facts=facts)
     test = _Test(measurement, data)
-    if _moves(test):
+    if _moves(measurement, data):
         return ("the axis moves while it is read: a log of its motion is no positioning test", *_clock(test))
-    slips, slipped = _unit_slips(test)
-    outliers = _outliers(test, far_from_neighbours(data) & ~slipped)
+    odd = misfits(data)
+    apart = np.isin(data.conditions.run, [one.run for one in odd])
+    slips, slipped = _unit_slips(test, apart)
     checks = (
-        _unit_of_all(test),
+        _unit_of_all(test, apart) if all(one.outvoted for one in odd) else (),
+        _against_direction(test, {one.run for one in odd if None in one.changes}),
+        _of_runs(test, odd),
         slips,
-        outliers,
+        _outliers(test, far_from_neighbours(data) & ~slipped & ~apart),
         _copies(test),
         _clock(test),
         _other_targets(test),
         _sorted(test),
-        _against_direction(test),
-        _unseen(test),
     )
     return tuple(text for check in checks for text in _not_too_many([*check]))
+
+
+def unseen(measurement: Measurement, data: Dataset) -> tuple[str, ...]:
+    """Return that its targets hide periods, and which change would show them."""
+    periods = () if _moves(measurement, data) else unseen_periods(data.conditions)
+    change = shifted_targets(data.conditions) if periods else None
+    even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
+    what = f"these targets cannot show periods of {', '.join(periods)}{even}{f': {change}' if change else ''}"
+    return (f"column {measurement.called('target')}: {what}",) if periods else ()
 
 
 def _not_too_many(texts: list[str]) -> list[str]:
@@ -105,10 +88,9 @@ def _not_too_many(texts: list[str]) -> list[str]:
     return [*texts[: _MOST_SHOWN - 1], f"{texts[_MOST_SHOWN - 1]}; and {more} more of this kind"]
 
 
-def _moves(test: _Test) -> bool:
-    columns, conditions = test.measurement.columns, test.data.conditions
-    time_s = columns["time"].values if "time" in columns else None
-    return is_moving(time_s, conditions.position, conditions.run, has_velocity=False)
+def _moves(measurement: Measurement, data: Dataset) -> bool:
+    time_s = measurement.columns["time"].values if "time" in measurement.columns else None
+    return is_moving(time_s, data.conditions.position, data.conditions.run, has_velocity=False)
 
 
 class _Test:
@@ -165,22 +147,22 @@ class _Test:
         """Return where a reading was taken."""
         return f"{self.data.conditions.position[row]:.9g} {self.unit}"
 
-    def length(self, value: float) -> str:
+    def length(self, value: float, digits: int = 4) -> str:
         """Return a deviation in a unit that suits it."""
         small = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0)}.get(self.unit, (self.unit, 1.0))
-        return quantity_text(value * small[1], small[0])
+        return quantity_text(value * small[1], small[0], digits=digits)
 
 
-def _unit_of_all(test: _Test) -> Iterable[str]:
-    """Say where the deviations are too large or too small for the travel."""
+def _unit_of_all(test: _Test, apart: np.ndarray) -> Iterable[str]:
+    """Say where the deviations are too large or too small for the travel, but for those of some runs."""
     travel = test.data.conditions.span
-    low, high = np.quantile(test.data.observed, [0.02, 0.98])
+    low, high = np.quantile(test.data.observed[~apart], [0.02, 0.98])
     spread = float(high - low)
     if travel <= 0.0 or test.unit not in _SLIPS:
         return
     name = test.measurement.called(test.column)
     what = f"column {name}: the deviations span {test.length(spread)} on a travel of {travel:.6g} {test.unit}"
-    (_, too_small), (_, too_large), *_ = _SLIPS[test.unit]
+    too_small, too_large, *_ = _SLIPS[test.unit].values()
     if spread > _COARSE * travel:
         slip = too_large
     elif spread < min(_FINE * travel, _FINEST[test.unit]):
@@ -192,17 +174,49 @@ def _unit_of_all(test: _Test) -> Iterable[str]:
     yield f"{what}: is the unit right ({slip.replace('among', 'taken for')})? Where it is not: {right}"
 
 
-def _unit_slips(test: _Test) -> tuple[list[str], np.ndarray]:
+def _of_runs(test: _Test, odd: Iterable[Misfit]) -> Iterable[str]:
+    """Say which runs agree with the others only once they are changed, and what to do."""
+    for one in odd:
+        looks, changed, correct = _words_of(one.changes, test.unit)
+        how = f"it agrees with the other runs to {test.length(one.after, 2)} instead of {test.length(one.before, 2)}"
+        if one.after >= one.before:
+            how = "it scatters as the other runs do"
+        do = f"correct its {correct}, or leave the run out"
+        if not one.outvoted:
+            looks = f"disagrees with run {', '.join(map(str, one.others))}, and it is open which of them is wrong"
+            do = f"look up which is right, and correct the {correct} of the other"
+        where = test.where(np.flatnonzero(test.data.conditions.run == one.run))
+        yield f"{where}: run {one.run}: {looks}: {changed} {how}; {do}"
+
+
+def _words_of(changes: Sequence[float | None], unit: str) -> tuple[str, str, str]:
+    """Return how a run looks that has to be changed so, how it is changed, and what of it is to be corrected."""
+    change = changes[0]
+    if {None, -1.0} <= {*changes}:
+        return f"{_EXCHANGED}, or its sign opposite", "with either corrected", "direction column or sign"
+    if change is None:
+        return _EXCHANGED, "with them exchanged", "direction column"
+    if change < 0.0:
+        return "its deviations seem to have the opposite sign", "with the other sign", "sign"
+    times = f"{change:.4g} times too small" if change > 1.0 else f"{1 / change:.4g} times too large"
+    slip = _SLIPS.get(unit, {}).get(change, "")
+    return f"its deviations look {times}{slip and f', {slip}'}", f"multiplied by {change:.4g}", "unit"
+
+
+def _unit_slips(test: _Test, apart: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Say which readings agree with their repeats only in another unit; and return which these are."""
     y, found = test.data.observed, np.zeros(test.data.rows, dtype=np.bool_)
-    middle = _middle_of_cells(test.data)
+    middle = np.where(apart, np.nan, _middle_of_cells(test.data))
     known = np.isfinite(middle)
     if not known.any():
         return [], found
     near = FAR * robust_scale((y - middle)[known]) + 1e-9 * np.abs(y)
-    texts, possible = [], known & (np.abs(y - middle) > near) & (np.abs(middle) > _TELLING * near)
-    for factor, what in _SLIPS.get(test.unit, ()):
-        slipped = possible & ~found & (np.abs(factor * y - middle) <= near)
+    away = known & (np.abs(y - middle) > near)
+    texts, possible = [], away & (np.abs(middle) > _TELLING * near)
+    for factor, what in _SLIPS.get(test.unit, {}).items():
+        slipped = possible & ~found & (np.abs(factor * y - middle) <= _CLOSE * near)
+        for rows in test.passes:  # a zero that jumped moves many readings, and some of them anywhere
+            slipped[rows] &= 2 * np.count_nonzero(slipped[rows]) > np.count_nonzero(away[rows])
         if slipped.any():
             rows = np.flatnonzero(slipped)
             how = f"multiplied by {factor:.4g} it agrees with the other readings at its target"
@@ -282,22 +296,30 @@ def _sorted(test: _Test) -> Iterable[str]:
         yield f"column {test.measurement.called('target')}: {what}: are the rows sorted by target?"
 
 
-def _against_direction(test: _Test) -> Iterable[str]:
-    """Say where the targets fall while the axis is said to go forward, and rise while it is said to go back."""
+def _against_direction(test: _Test, known: set[int]) -> Iterable[str]:
+    """Say where targets fall while the axis is said to go forward, and rise while it is said to go back.
+
+    In all runs or in some; ``known`` are runs of which their deviations tell it.
+    """
     run, direction = test.data.conditions.run, test.data.conditions.direction
     if direction is None or "direction" not in test.measurement.columns:
         return
     step = np.diff(test.data.conditions.position) * direction[1:]
-    step = step[(run[1:] == run[:-1]) & (direction[1:] == direction[:-1]) & (step != 0.0)]
+    told = (run[1:] == run[:-1]) & (direction[1:] == direction[:-1]) & (step != 0.0)
+    step, run_of_step = step[told], run[1:][told]
+    what = "targets fall from row to row where it says forward, and rise where it says backward"
+    against = {
+        int(number): bool(np.mean(step[run_of_step == number] < 0.0) >= _NEARLY_ALL)
+        for number, count in zip(*np.unique(run_of_step, return_counts=True), strict=True)
+        if count >= _FEWEST_TARGETS
+    }
     if step.size >= _FEWEST_TARGETS and np.mean(step < 0.0) >= _NEARLY_ALL:
-        what = "targets fall from row to row where it says forward, and rise where it says backward: exchanged?"
-        yield f"column {test.measurement.called('direction')}: {what}"
-
-
-def _unseen(test: _Test) -> Iterable[str]:
-    periods = unseen_periods(test.data.conditions)
-    if periods:
-        change = shifted_targets(test.data.conditions)
-        what = f"these targets cannot show periods of {', '.join(periods)}"
-        even = "; ISO 230-2 asks for uneven steps" if any("/ k" in period for period in periods) else ""
-        yield f"column {test.measurement.called('target')}: {what}{even}{f': {change}' if change else ''}"
+        column = f"column {test.measurement.called('direction')}"
+        yield f"{column}: {what}: are the directions exchanged? If so, exchange them in that column"
+        return
+    along = step[[not against.get(int(number), True) for number in run_of_step]]
+    if along.size and np.mean(along > 0.0) >= _NEARLY_ALL:
+        for number in (number for number, wrong in against.items() if wrong and number not in known):
+            where = test.where(np.flatnonzero(run == number), "direction")
+            do = "correct its direction column, or leave the run out"
+            yield f"{where}: run {number}: {what}, unlike in other runs: {_EXCHANGED}; {do}"
