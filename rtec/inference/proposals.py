@@ -186,18 +186,22 @@ def _is_plausible(space: Space, choice: Choice, back: Beside, colour: Colour) ->
 
 def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
     """Return the best shapes of the scan grid: local maxima of what they explain."""
-    shapes, sound = space.shapes(effect)
+    shapes, _ = space.shapes(effect)
     if not shapes:
         return []
-    if effect.is_map:
-        return list(shapes)
+    return list(shapes) if effect.is_map else peaks(space, effect, back, colour)[:_EACH]
+
+
+def peaks(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
+    """Return the shapes of the scan grid that explain more than their neighbours, the best first."""
+    shapes, sound = space.shapes(effect)
     fall = np.concatenate([falls_of_scan(space, scan, back, colour) for scan in space.scan(effect, shapes, colour)])
     fall[~sound] = 0.0
     peak = np.ones(fall.size, dtype=np.bool_)
     peak[1:] &= fall[1:] >= fall[:-1]
     peak[:-1] &= fall[:-1] > fall[1:]
     order = np.flatnonzero(peak & (fall > 0.0))
-    return [shapes[k] for k in order[np.argsort(-fall[order])][:_EACH]]
+    return [shapes[k] for k in order[np.argsort(-fall[order])]]
 
 
 def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: int = _FINE_STEPS) -> Choice:

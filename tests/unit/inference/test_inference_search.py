@@ -1,5 +1,6 @@
 """The search: what earns its place, and how sure an effect is over the models that compete."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -339,3 +340,25 @@ def test_three_periods_are_found_one_by_one_where_families_bring_them_together(c
     _, model = found_in(measured(error, targets=81, runs=4, seed=seed))
     assert model.names == ("cyclic",) * 3
     assert sorted(300.0 / shape.period for _, shape in model.choices) == pytest.approx(cycles, rel=0.005)
+
+
+def on_uneven_targets(jitter, period, size, runs=3):
+    """Return readings at targets about 10 mm apart that hold one wave; its size is in sigma."""
+    at = 10.0 * np.arange(31) + np.random.default_rng(3).normal(0.0, jitter, 31)
+    return measured(wave(period, size * SIGMA), at=at, runs=runs)
+
+
+@pytest.mark.parametrize("period", [3.3, 10.0, 14.3])
+def test_uneven_targets_show_waves_shorter_than_their_mean_step(period):
+    found = diagnose(on_uneven_targets(1.5, period, 3.0))
+    assert [step.effect for step in found.steps] == ["cyclic"]
+    assert found.steps[0].params[0].value == pytest.approx(period, rel=0.002)
+    assert found.verdict is Verdict.NAMED
+
+
+def test_periods_that_the_targets_hardly_tell_apart_are_tied():
+    found = diagnose(on_uneven_targets(0.3, 100.0 / 3.0, 1.0))
+    assert found.verdict is Verdict.TIED
+    assert re.search(r"a period of 14\.\d+ mm explains the readings as well as one of 33\.\d+ mm", found.notes[-1])
+    assert "other uneven targets" in found.experiment.text
+    assert diagnose(on_uneven_targets(0.3, 100.0 / 7.0, 10.0)).verdict is Verdict.NAMED
