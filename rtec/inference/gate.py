@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from rtec.effects import Floats
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import Neighbours
+from rtec.inference.proposals import Neighbours, by_chance
 from rtec.inference.scored import Fit, Judge, Scored, replaced
 from rtec.inference.space import Space
 
@@ -108,6 +108,7 @@ class Gate:
             "its amplitude would have to be negative" if effect.name in model.wrong_sign else None,
             self.implausible(model, k),
             self.misnamed(model, k),
+            "one of so many periods explains as much at so few targets" if by_chance(self.judge, model, k) else None,
         )
         yield from (why for why in at_sight if why is not None)
         rest = self.neighbours.without(model, k)

@@ -8,8 +8,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import fdtrc
 
 from rtec.effects import Conditions, Effect, Floats, Shape
+from rtec.effects._harmonics import WavesShape
+from rtec.effects.frequency_grid import is_uneven, stated_base
 from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
@@ -24,6 +27,8 @@ APART = 0.01
 """Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
 _STEPS, _FINE_STEPS = 8, 14
 """Of the golden section: a fiftieth of a step of the scan is enough to propose, a thousandth is what is fitted."""
+LEVEL_OF_PLACES = 0.01
+"""Probability, at most, that one of the periods tried explains as much of what each target shows by chance."""
 SLOW = 8.0
 """Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, as long as the
 noise is not fitted together with it."""
@@ -124,6 +129,28 @@ def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
     usable = values > APART
     found: Floats = np.where(usable, onto / np.where(usable, values, 1.0), 0.0).sum(axis=1)
     return found
+
+
+def by_chance(judge: Judge, model: Scored, k: int) -> bool:
+    """Return whether some wave of less than two steps explains as much of the mean error at each target by chance.
+
+    What the targets show may be anything that repeats, which a wave of one of very many periods resembles. An F-test
+    over targets, not over readings, adjusted by the periods tried; False for any other effect.
+    """
+    (effect, shape), c = model.choices[k], judge.space.dataset.coordinates
+    if not isinstance(shape, WavesShape) or not is_uneven(c) or shape.period * (c.places.size - 1) > 2.0 * c.span:
+        return False
+    if stated_base(c, shape.period) is not None:
+        return False
+    fit = judge.fit(model)
+    at = np.unique(np.searchsorted(c.places, c.position, side="right"), return_inverse=True)[1]
+    rows = np.vstack([judge.left(model) + fit.contribution(k), fit.parts[k].raw])
+    means = np.array([np.bincount(at, row) / np.bincount(at) for row in rows])
+    means = means - means.mean(axis=1, keepdims=True)
+    mean, basis = means[0], orthonormal(means[1:])
+    fall, below = float(((basis @ mean) ** 2).sum()), mean.size - 1 - len(basis)
+    ratio = (fall / len(basis)) / max((float(mean @ mean) - fall) / max(below, 1), 1e-300)
+    return below < 1 or float(fdtrc(len(basis), below, ratio)) * effect.tried(c, shape) > LEVEL_OF_PLACES
 
 
 def worth_of(fall: float, amplitudes: int, back: Beside, readings: int) -> float:

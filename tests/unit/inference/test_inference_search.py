@@ -18,6 +18,7 @@ from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
 from rtec.inference.gate import MATTERS, WORTH
+from rtec.inference.proposals import by_chance
 from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
@@ -362,3 +363,17 @@ def test_periods_that_the_targets_hardly_tell_apart_are_tied():
     assert re.search(r"a period of 14\.\d+ mm explains the readings as well as one of 33\.\d+ mm", found.notes[-1])
     assert "other uneven targets" in found.experiment.text
     assert diagnose(on_uneven_targets(0.3, 100.0 / 7.0, 10.0)).verdict is Verdict.NAMED
+
+
+@pytest.mark.parametrize(("planted", "expected"), [("wave", False), ("table", True)])
+def test_a_wave_of_less_than_two_steps_has_to_explain_more_of_the_targets_than_chance_does(planted, expected):
+    at = 10.0 * np.arange(21) + np.random.default_rng(4).uniform(-4.0, 4.0, 21)
+    own = np.random.default_rng(5).normal(0.0, 4.0 * SIGMA, 21)
+    data = measured(wave(3.3, 4.0 * SIGMA) if planted == "wave" else lambda x, *_: own[np.searchsorted(at, x)], at=at)
+    judge = Judge(Space(data))
+    cyclic = effect_named("cyclic")
+    likely = [judge.score([(cyclic, shape)]) for shape in cyclic.shapes(data.conditions)]
+    short = [m for m in likely if m.choices[0][1].period < 10.0]
+    best = max(short, key=lambda m: m.score)
+    assert best.score > judge.score([]).score + WORTH, "by the readings alone it would be a wave"
+    assert by_chance(judge, best, 0) is expected
