@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -23,8 +22,12 @@ Choice: TypeAlias = tuple[Effect, Shape]
 _KEPT_BYTES = 100_000_000
 _AT_ONCE_BYTES = 100_000_000
 _IN_CACHE_BYTES = 500_000
+_MOST_COLUMNS, _TABLE_NUMBERS = 512, 500_000
+"""Columns whose products are kept under each colour, fewer of many rows."""
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
+TURNED_FROM = 24
+"""Columns of a part from which on its principal ones stand for them: to average over these takes no elimination."""
 LEAST_WHITE_IN_MOTION = 0.3
 
 
@@ -71,6 +74,42 @@ class Scan:
         return self._products[key]
 
 
+@dataclass(slots=True, eq=False)
+class Products:
+    """Products of the whitened columns of parts with each other: of as many as there is room for."""
+
+    table: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    """Shape (columns, rows)."""
+    gram: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    columns: dict[Part, NDArray[np.int64]] = field(default_factory=dict)
+    used: int = 0
+
+    def of(self, parts: Sequence[Part], white: Callable[[Part], Floats]) -> Floats:
+        """Return the products of the columns of parts, shape (columns, columns); ``white`` gives those of one."""
+        if not all(part in self.columns for part in parts):
+            self._take_in(parts, white)
+        at = np.concatenate([self.columns[part] for part in parts])
+        found: Floats = self.gram[at[:, None], at]
+        return found
+
+    def _take_in(self, parts: Sequence[Part], white: Callable[[Part], Floats]) -> None:
+        new = [part for part in parts if part not in self.columns]
+        rows = np.vstack([white(part) for part in new])
+        if self.used + len(rows) > len(self.table):
+            self.columns.clear()
+            new, self.used = list(parts), 0
+            rows = np.vstack([white(part) for part in new])
+            room = max(2 * len(rows), min(_MOST_COLUMNS, _TABLE_NUMBERS // rows.shape[1]))
+            self.table, self.gram = np.empty((room, rows.shape[1])), np.empty((room, room))
+        begin, end = self.used, self.used + len(rows)
+        self.table[begin:end] = rows
+        block = rows @ self.table[:end].T  # with all at once: one by one each pair would take as long
+        self.gram[begin:end, :end], self.gram[:end, begin:end] = block, block.T
+        for part in new:
+            self.columns[part] = np.arange(self.used, self.used + part.raw.shape[0])
+            self.used += part.raw.shape[0]
+
+
 @dataclass(eq=False)
 class View:
     """What is known of a data set under one colour of noise."""
@@ -78,7 +117,8 @@ class View:
     space: Space
     whitening: Whitening
     white: dict[Part, Floats] = field(default_factory=dict)
-    products: dict[tuple[Part, Part], Floats] = field(default_factory=dict)
+    products: Products = field(default_factory=Products)
+    principal: dict[Part, tuple[Part, Floats]] = field(default_factory=dict)
     scans: dict[str, Scan] = field(default_factory=dict)
 
     @cached_property
@@ -223,28 +263,39 @@ class Space:
 
     def white(self, part: Part, colour: Colour) -> Floats:
         """Return a part's columns in whitened space and units of their own, shape (columns, rows)."""
-        white = self.view(colour).white
-        if part not in white:
+        return self._white(self.view(colour), part)
+
+    def _white(self, view: View, part: Part) -> Floats:
+        found = view.white.get(part)
+        if found is None:
             if self._bytes > _KEPT_BYTES:
-                for view in self._views.values():
-                    view.white.clear()
+                for other in self._views.values():
+                    other.white.clear()
                 self._bytes = 0
-            white[part] = self.view(colour).project(part.raw, part.unit)
-            self._bytes += white[part].nbytes
-        return white[part]
+            found = view.white[part] = view.project(part.raw, part.unit)
+            self._bytes += found.nbytes
+        return found
 
     def sums(self, parts: Sequence[Part], colour: Colour) -> Sums:
-        """Return the products that a model with these parts needs."""
-        known = self.view(colour).products
-        every = [*parts, self.observed_part]
-        for one, other in itertools.combinations_with_replacement(every, 2):
-            if (one, other) not in known:
-                known[one, other] = self.white(one, colour) @ self.white(other, colour).T
-                known[other, one] = known[one, other].T
-        rows = [np.concatenate([known[one, other] for other in every], axis=1) for one in every]
-        products = np.ascontiguousarray(np.concatenate(rows))  # it follows its parts' layout: kernels have one
+        """Return the products that a model with these parts needs; of a large one those of its principal columns."""
+        view, every = self.view(colour), [*parts, self.observed_part]
+        sizes = [part.raw.shape[0] for part in every]
+        most, turned, turn = max(sizes), slice(0), None
+        if most >= TURNED_FROM:
+            k = sizes.index(most)
+            turned = slice(sum(sizes[:k]), sum(sizes[: k + 1]))
+            every[k], turn = self._principal(view, every[k])
+        products = view.products.of(every, lambda part: self._white(view, part))
         products[-1, -1] *= 1.0 + _ROUNDING
-        return Sums(products, self.readings)
+        return Sums(products, self.readings, turned, turn)
+
+    def _principal(self, view: View, part: Part) -> tuple[Part, Floats]:
+        """Return the principal columns of a part, and those of the part in terms of them."""
+        if part not in view.principal:
+            white = self._white(view, part)
+            turn = np.linalg.eigh(white @ white.T)[1]
+            view.principal[part] = Part(raw=turn.T @ part.raw, unit=part.unit), turn
+        return view.principal[part]
 
     def shapes(self, effect: Effect) -> tuple[Sequence[Shape], NDArray[np.bool_]]:
         """Return the scan grid of an effect, and which of its shapes the data could bear out."""
