@@ -25,8 +25,8 @@ NEAR_TWO = 0.95
 """Share of the sampling's limit up to which an unstated wave counts: at two readings a cycle noise is a wave."""
 IRREGULAR = 0.05
 """Positions whose gaps deviate by more than this share from whole steps resolve more than half a cycle a step."""
-SAME_WAVE = 0.95
-"""Length of the spectral window from which on two waves cannot be told apart: a tenth of their power differs."""
+SAME_WAVE = 0.98
+"""Length of the spectral window from which on two waves count as one: a fifth of their amplitude differs."""
 MOST_A_STEP = 8.0
 """Cycles of a wave between two uneven places, on average: of so many more some follow anything."""
 CELLS_A_CYCLE, FINER = 16, 8

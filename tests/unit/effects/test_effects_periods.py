@@ -659,3 +659,13 @@ def test_two_fractions_of_a_turn_may_be_one_family_of_it():
     assert Cyclic().joined(c, CyclicShape(6.35 / 2), CyclicShape(41.0)) == ()
     nobody = at(c.position, direction=c.direction)
     assert Cyclic().joined(nobody, CyclicShape(6.35 / 2), CyclicShape(6.35 / 3)) == ()
+
+
+def test_a_family_that_is_a_constant_at_uneven_targets_is_in_doubt():
+    """Its difference by direction would be a backlash."""
+    x = 50.0 * np.arange(11) + np.random.default_rng(3).normal(0.0, 3.0, 11)
+    c = at(np.tile(x, 2), direction=np.repeat([1.0, -1.0], 11))
+    one, two = CyclicShape(49.0), CyclicShape(49.0, 2)
+    assert "mainly a constant" in Cyclic().doubtful(c, two)
+    assert Cyclic().doubtful(c, one) is None
+    assert Cyclic().doubtful(c, CyclicShape(31.0)) is None
