@@ -101,6 +101,19 @@ def falls(columns: Floats, back: Beside) -> Floats:
     return _explained(np.matmul(columns, columns.transpose(0, 2, 1)), both[:, :, :-1], both[:, :, -1])
 
 
+def fall_of(columns: Floats, back: Beside) -> float:
+    """Return the same for one shape, its columns of shape (amplitudes, rows), in a third of the time."""
+    both, whole = columns @ back.both.T, columns @ columns.T
+    short = 1.0 / np.sqrt(np.maximum(whole.diagonal(), 1e-300))
+    inside, along = both[:, :-1], both[:, -1] * short
+    gram = (whole - inside @ inside.T) * short * short[:, None]
+    if short.size == 1:
+        return float(along[0] ** 2 / gram[0, 0]) if gram[0, 0] > APART else 0.0
+    values, vectors = np.linalg.eigh(gram)
+    usable = values > APART
+    return float(((along @ vectors)[usable] ** 2 / values[usable]).sum())
+
+
 def falls_of_scan(space: Space, scan: Scan, back: Beside, colour: Colour) -> Floats:
     """Return the same for shapes of a scan, shape (shapes,), from products that are known."""
     inside = [scan.onto_part("constant", space.view(colour).constant)]
@@ -196,7 +209,7 @@ def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Seque
 
 def _worth(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> float:
     columns = judge.space.white(judge.space.part_of(choice), colour)
-    fall = float(falls(columns[None], back)[0])
+    fall = fall_of(columns, back)
     return worth_of(fall, columns.shape[0], back, judge.space.readings) - judge.price(choice)
 
 
@@ -239,7 +252,7 @@ def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: in
 
         def explained(value: float, shape: Shape = shape, name: str = tunable.name) -> float:
             columns = data.columns(effect, replace(shape, **{name: value}))
-            return float(falls(whiten(columns.T)[None], back)[0])
+            return fall_of(whiten(columns.T), back)
 
         now = float(getattr(shape, tunable.name))
         best = golden(explained, tunable.low, tunable.high, steps)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -22,8 +24,6 @@ Choice: TypeAlias = tuple[Effect, Shape]
 _KEPT_BYTES = 100_000_000
 _AT_ONCE_BYTES = 100_000_000
 _IN_CACHE_BYTES = 500_000
-_MOST_COLUMNS, _TABLE_NUMBERS = 512, 500_000
-"""Columns whose products are kept under each colour, fewer of many rows."""
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
 TURNED_FROM = 24
@@ -74,42 +74,6 @@ class Scan:
         return self._products[key]
 
 
-@dataclass(slots=True, eq=False)
-class Products:
-    """Products of the whitened columns of parts with each other: of as many as there is room for."""
-
-    table: Floats = field(default_factory=lambda: np.empty((0, 0)))
-    """Shape (columns, rows)."""
-    gram: Floats = field(default_factory=lambda: np.empty((0, 0)))
-    columns: dict[Part, NDArray[np.int64]] = field(default_factory=dict)
-    used: int = 0
-
-    def of(self, parts: Sequence[Part], white: Callable[[Part], Floats]) -> Floats:
-        """Return the products of the columns of parts, shape (columns, columns); ``white`` gives those of one."""
-        if not all(part in self.columns for part in parts):
-            self._take_in(parts, white)
-        at = np.concatenate([self.columns[part] for part in parts])
-        found: Floats = self.gram[at[:, None], at]
-        return found
-
-    def _take_in(self, parts: Sequence[Part], white: Callable[[Part], Floats]) -> None:
-        new = [part for part in parts if part not in self.columns]
-        rows = np.vstack([white(part) for part in new])
-        if self.used + len(rows) > len(self.table):
-            self.columns.clear()
-            new, self.used = list(parts), 0
-            rows = np.vstack([white(part) for part in new])
-            room = max(2 * len(rows), min(_MOST_COLUMNS, _TABLE_NUMBERS // rows.shape[1]))
-            self.table, self.gram = np.empty((room, rows.shape[1])), np.empty((room, room))
-        begin, end = self.used, self.used + len(rows)
-        self.table[begin:end] = rows
-        block = rows @ self.table[:end].T  # with all at once: one by one each pair would take as long
-        self.gram[begin:end, :end], self.gram[:end, begin:end] = block, block.T
-        for part in new:
-            self.columns[part] = np.arange(self.used, self.used + part.raw.shape[0])
-            self.used += part.raw.shape[0]
-
-
 @dataclass(eq=False)
 class View:
     """What is known of a data set under one colour of noise."""
@@ -117,7 +81,8 @@ class View:
     space: Space
     whitening: Whitening
     white: dict[Part, Floats] = field(default_factory=dict)
-    products: Products = field(default_factory=Products)
+    products: dict[Part, dict[Part, Floats]] = field(default_factory=lambda: defaultdict(dict))
+    """Products of the columns of one part with those of another."""
     principal: dict[Part, tuple[Part, Floats]] = field(default_factory=dict)
     scans: dict[str, Scan] = field(default_factory=dict)
 
@@ -281,11 +246,23 @@ class Space:
         view, every = self.view(colour), [*parts, self.observed_part]
         sizes = [part.raw.shape[0] for part in every]
         most, turned, turn = max(sizes), slice(0), None
+        ends = list(itertools.accumulate(sizes, initial=0))
         if most >= TURNED_FROM:
             k = sizes.index(most)
-            turned = slice(sum(sizes[:k]), sum(sizes[: k + 1]))
+            turned = slice(ends[k], ends[k + 1])
             every[k], turn = self._principal(view, every[k])
-        products = view.products.of(every, lambda part: self._white(view, part))
+        products = np.empty((ends[-1], ends[-1]))
+        for i, one in enumerate(every):
+            known, rows = view.products[one], slice(ends[i], ends[i + 1])
+            for j in range(i + 1):
+                other, columns = every[j], slice(ends[j], ends[j + 1])
+                block = known.get(other)
+                if block is None:
+                    block = known[other] = self._white(view, one) @ self._white(view, other).T
+                    view.products[other][one] = block.T
+                products[rows, columns] = block
+                if j < i:
+                    products[columns, rows] = block.T
         products[-1, -1] *= 1.0 + _ROUNDING
         return Sums(products, self.readings, turned, turn)
 

@@ -62,15 +62,6 @@ def test_the_principal_columns_of_a_large_part_stand_for_it(place):
     assert variance == pytest.approx(posterior(plain, deviations)[1])
 
 
-def test_products_that_find_no_room_are_made_again(monkeypatch):
-    monkeypatch.setattr(module, "_MOST_COLUMNS", 4)
-    space = Space(measured(runs=2, targets=9))
-    parts = space.parts_of([*CHOICES, (BACKLASH, Shape()), (CYCLIC, CYCLIC.shape_type(50.0, 3))])
-    for some in (parts[:1], parts[1:3], parts, parts[2:], parts[::-1], parts[:1]):
-        table = np.vstack([space.white(part, AR) for part in (*some, space.observed_part)])
-        assert space.sums(some, AR).products == pytest.approx(table @ table.T)
-
-
 def test_a_part_has_a_mean_square_of_one_about_its_mean():
     space = Space(measured(runs=2))
     for part in space.parts_of(CHOICES):
