@@ -29,6 +29,9 @@ SAME_WAVE = 0.98
 """Length of the spectral window from which on two waves count as one: a fifth of their amplitude differs."""
 MOST_A_STEP = 8.0
 """Cycles of a wave between two uneven places, on average: of so many more some follow anything."""
+HALF_BY_CHANCE = 0.25
+"""Logarithm of the waves that are tried, at most, for each target beyond three: the best of M waves explains about
+2 log(M) / (targets - 3) of anything by chance, here a half."""
 CELLS_A_CYCLE, FINER = 16, 8
 """Of the grid on which a spectral window is computed, and of its frequencies in units of 1 / span."""
 SAME_PHASE = 0.02
@@ -51,8 +54,8 @@ def alias_limit(conditions: Conditions) -> float:
     """Return the frequency from which on periods in position look like longer ones, in cycles per position unit.
 
     Half a cycle a step for regular places (Nyquist). Of irregular ones those of a log, or in time, resolve one cycle
-    a step; targets resolve all up to the first frequency that looks like a lower one, or eight cycles a step. 0 for
-    fewer than six places.
+    a step; targets resolve all up to the first frequency that looks like a lower one, at most eight cycles a step,
+    and fewer of less than 27 targets. 0 for fewer than six places.
 
     Examples
     --------
@@ -85,7 +88,7 @@ def _is_even(places: Floats) -> bool:
 
 
 def _first_alias(places: Floats) -> float:
-    """Return the frequency from which on waves look like lower ones at these places, at most eight cycles a step.
+    """Return from which frequency on waves look like lower ones, at most eight cycles a step, fewer of few places.
 
     Notes
     -----
@@ -97,7 +100,8 @@ def _first_alias(places: Floats) -> float:
     J. T. VanderPlas, Astrophys. J. Suppl. 236 (2018) 16, sections 4.1 and 4.2.
     """
     span = float(places[-1] - places[0])
-    most = min(MOST_A_STEP * (places.size - 1), SPACING * MOST_FREQUENCIES) / span
+    few = np.exp(min(HALF_BY_CHANCE * (places.size - 3), 20.0))
+    most = float(min(MOST_A_STEP * (places.size - 1), SPACING * MOST_FREQUENCIES, few)) / span
     cell = 1.0 / (2.0 * most * CELLS_A_CYCLE)
     counts = np.bincount(np.rint((places - places[0]) / cell).astype(np.int64))
     length = 1 << int(FINER * counts.size - 1).bit_length()

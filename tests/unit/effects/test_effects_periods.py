@@ -661,11 +661,18 @@ def test_two_fractions_of_a_turn_may_be_one_family_of_it():
     assert Cyclic().joined(nobody, CyclicShape(6.35 / 2), CyclicShape(6.35 / 3)) == ()
 
 
-def test_a_family_that_is_a_constant_at_uneven_targets_is_in_doubt():
+def test_a_wave_that_is_a_constant_at_uneven_targets_is_in_doubt():
     """Its difference by direction would be a backlash."""
-    x = 50.0 * np.arange(11) + np.random.default_rng(3).normal(0.0, 3.0, 11)
-    c = at(np.tile(x, 2), direction=np.repeat([1.0, -1.0], 11))
-    one, two = CyclicShape(49.0), CyclicShape(49.0, 2)
-    assert "mainly a constant" in Cyclic().doubtful(c, two)
-    assert Cyclic().doubtful(c, one) is None
-    assert Cyclic().doubtful(c, CyclicShape(31.0)) is None
+    off = np.random.default_rng(3).normal(0.0, 1.0, 31)
+    nearly, uneven = (at(50.0 * np.arange(31) + share * off) for share in (3.0, 10.0))
+    assert "mainly a constant" in Cyclic().doubtful(nearly, CyclicShape(50.0))
+    assert Cyclic().doubtful(nearly, CyclicShape(31.0)) is None
+    assert Cyclic().doubtful(uneven, CyclicShape(50.0)) is None
+
+
+def test_few_uneven_targets_resolve_fewer_cycles_a_step():
+    limits = []
+    for count in (11, 21, 31):
+        x = 50.0 * np.arange(count) + np.random.default_rng(3).uniform(-15.0, 15.0, count)
+        limits.append(alias_limit(at(x)) * 50.0)
+    assert limits == pytest.approx([1.0, 90.0 / 20.0, 8.0], rel=0.15)
