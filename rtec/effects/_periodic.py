@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.effects._harmonics import WavesShape
+from rtec.effects._harmonics import WavesShape, harmonic_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import (
     FEWEST_CYCLES,
@@ -18,6 +18,7 @@ from rtec.effects.frequency_grid import (
     SPACING,
     alias_limit,
     frequencies,
+    is_uneven,
     looks_constant,
     phases_seen,
     resolved_limit,
@@ -40,6 +41,8 @@ FEWEST_SUSPECTED = 1.5
 """Cycles over the span: less of a wave is a bend."""
 CYCLES_APART = 1.5
 """Over the span, between two waves: nearer ones are how one wave of a changing amplitude looks."""
+CONSTANT, UNEVEN_FROM = 0.8, 2.0
+"""Share of a constant from which on waves that explain it are a backlash; of periods below so many steps."""
 REFIT = 0.3
 """How far a refit may move the frequency, in units of 1 / span: past the neighbours on the grid."""
 ANCHOR = 32
@@ -82,7 +85,7 @@ class Periodic(Effect):
 
     def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
         """Return why the positions cannot bear out an unstated period, or None."""
-        return wave_doubt(conditions, _waves(shape).period)
+        return wave_doubt(conditions, _waves(shape).period, _waves(shape).harmonics)
 
     def suspects(self, conditions: Conditions) -> Sequence[Shape]:
         """Return waves that do not come back often enough to be told from a smooth curve."""
@@ -253,7 +256,7 @@ def _aliases_alone(conditions: Conditions, stated: float | None, harmonics: int)
     return phases_seen(conditions.places, stated) > 2 * harmonics
 
 
-def wave_doubt(conditions: Conditions, period: float) -> str | None:
+def wave_doubt(conditions: Conditions, period: float, harmonics: int = 1) -> str | None:
     """Return why the positions cannot bear out a wave of an unstated period; None where they can."""
     if stated_base(conditions, period) is not None:
         return None
@@ -268,4 +271,9 @@ def wave_doubt(conditions: Conditions, period: float) -> str | None:
             f"a period of {period:.4g} {unit} is two readings long, and it is not stated: targets "
             "twice as dense would settle it"
         )
+    if period < UNEVEN_FROM * conditions.span / conditions.places.size and is_uneven(conditions):
+        waves = harmonic_columns(conditions.places, period, harmonics)
+        constant = waves @ np.linalg.lstsq(waves, np.ones(len(waves)), rcond=None)[0]
+        if constant.mean() > CONSTANT:
+            return f"at these targets a period of {period:.4g} {unit} is mainly a constant: others would settle it"
     return None

@@ -25,6 +25,15 @@ NEAR_TWO = 0.95
 """Share of the sampling's limit up to which an unstated wave counts: at two readings a cycle noise is a wave."""
 IRREGULAR = 0.05
 """Positions whose gaps deviate by more than this share from whole steps resolve more than half a cycle a step."""
+SAME_WAVE = 0.98
+"""Length of the spectral window from which on two waves count as one: a fifth of their amplitude differs."""
+MOST_A_STEP = 8.0
+"""Cycles of a wave between two uneven places, on average: of so many more some follow anything."""
+HALF_BY_CHANCE = 0.25
+"""Logarithm of the waves that are tried, at most, for each target beyond three: the best of M waves explains about
+2 log(M) / (targets - 3) of anything by chance, here a half."""
+CELLS_A_CYCLE, FINER = 16, 8
+"""Of the grid on which a spectral window is computed, and of its frequencies in units of 1 / span."""
 SAME_PHASE = 0.02
 """Phases nearer than this share of a period count as one."""
 MOST_PARTS, MOST_A_TURN = 5, 400
@@ -44,8 +53,9 @@ ENOUGH_PHASES = 3
 def alias_limit(conditions: Conditions) -> float:
     """Return the frequency from which on periods in position look like longer ones, in cycles per position unit.
 
-    Half a cycle a step for regular places (Nyquist), one cycle a step for irregular ones, which tell the two sides
-    of the Nyquist limit apart; 0 for fewer than six places.
+    Half a cycle a step for regular places (Nyquist). Of irregular ones those of a log, or in time, resolve one cycle
+    a step; targets resolve all up to the first frequency that looks like a lower one, at most eight cycles a step,
+    and fewer of less than 27 targets. 0 for fewer than six places.
 
     Examples
     --------
@@ -56,11 +66,49 @@ def alias_limit(conditions: Conditions) -> float:
     places = conditions.places
     if places.size < FEWEST_PLACES:
         return 0.0
+    step = float(np.median(np.diff(places)))
+    if _is_even(places):
+        return 0.5 / step
+    if conditions.moving or conditions.time_is_coordinate:
+        return 1.0 / step
+    return max(1.0 / step, _first_alias(places))
+
+
+def is_uneven(conditions: Conditions) -> bool:
+    """Return whether targets lie so unevenly that they show waves beyond half a cycle a step."""
+    still = not (conditions.moving or conditions.time_is_coordinate)
+    return still and conditions.places.size >= FEWEST_PLACES and not _is_even(conditions.places)
+
+
+def _is_even(places: Floats) -> bool:
+    """Return whether places are whole steps apart."""
     gaps = np.diff(places)
-    step = float(np.median(gaps))
-    steps = gaps / step
-    regular = bool(np.all(np.abs(steps - np.maximum(np.round(steps), 1.0)) < IRREGULAR))
-    return 0.5 / step if regular else 1.0 / step
+    steps = gaps / np.median(gaps)
+    return bool(np.all(np.abs(steps - np.maximum(np.round(steps), 1.0)) < IRREGULAR))
+
+
+def _first_alias(places: Floats) -> float:
+    """Return from which frequency on waves look like lower ones, at most eight cycles a step, fewer of few places.
+
+    Notes
+    -----
+    Two waves look the same where the spectral window at their difference is about 1, and the first two that do lie on
+    either side of half that difference: the pseudo-Nyquist frequency of uneven sampling.
+
+    References
+    ----------
+    J. T. VanderPlas, Astrophys. J. Suppl. 236 (2018) 16, sections 4.1 and 4.2.
+    """
+    span = float(places[-1] - places[0])
+    few = np.exp(min(HALF_BY_CHANCE * (places.size - 3), 20.0))
+    most = float(min(MOST_A_STEP * (places.size - 1), SPACING * MOST_FREQUENCIES, few)) / span
+    cell = 1.0 / (2.0 * most * CELLS_A_CYCLE)
+    counts = np.bincount(np.rint((places - places[0]) / cell).astype(np.int64))
+    length = 1 << int(FINER * counts.size - 1).bit_length()
+    window = np.abs(np.fft.rfft(counts, length))[: int(2.0 * most * length * cell)] / places.size
+    beyond = int(np.argmax(window < 0.5))  # the end of the main lobe
+    alike = np.flatnonzero(window[beyond:] > SAME_WAVE)
+    return min(most, 0.5 * float(beyond + alike[0]) / (length * cell)) if alike.size else most
 
 
 def resolved_limit(conditions: Conditions) -> float:

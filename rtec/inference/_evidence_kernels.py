@@ -57,36 +57,40 @@ def at_places(
     return float(-0.5 * readings * np.log(max(upper[n, n], 1e-300)) - log_pivots)
 
 
-@kernel
-def shift(
-    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, trial: Ints, upper: Floats
+@helper
+def without_turned(
+    products: Floats, order: Ints, count: int, variance: float, reduced: Floats, row: Floats
 ) -> float:  # fmt: skip
-    """Move all places by one step of the ladder together where that helps; return the best.
-
-    ``trial``, shape (2, blocks), is room for places.
-    """
-    start, moved = trial[0], trial[1]
-    put(start, places)
-    best = at_places(products, readings, block, ladder, start, upper)
-    for step in (-1, 1):
-        for b in range(places.size):
-            moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
-        value = at_places(products, readings, block, ladder, moved, upper)
-        if value > best:
-            best = value
-            put(places, moved)
-    return best
+    """Do as `without_first` does for columns without products with each other; ``row`` is room for one."""
+    rest = order.size - count
+    for i in range(rest):
+        for j in range(rest):
+            reduced[i, j] = products[order[count + i], order[count + j]]
+    total = 0.0
+    for k in range(count):
+        pivot = 1.0 + variance * products[order[k], order[k]]
+        total += 0.5 * np.log(pivot)
+        for j in range(rest):
+            row[j] = products[order[k], order[count + j]]
+        for i in range(rest):
+            factor = row[i] * variance / pivot
+            for j in range(rest):
+                reduced[i, j] -= factor * row[j]
+    return total
 
 
 @helper
 def without_first(
-    products: Floats, order: Ints, count: int, deviation: float, reduced: Floats, upper: Floats
+    products: Floats, order: Ints, count: int, deviation: float, turned: bool, reduced: Floats, upper: Floats
 ) -> float:  # fmt: skip
     """Fill ``reduced`` with what is left of the products once the first columns of an order have been averaged over.
 
-    Returns the log of the pivots. It does not depend on the scales of the rest.
+    Returns the log of the pivots. It does not depend on the scales of the rest. Columns that are ``turned`` have no
+    products with each other, which takes a fiftieth of the time.
     """
     n = order.size
+    if turned:
+        return without_turned(products, order, count, deviation * deviation, reduced, upper[0])
     for i in range(n):
         for j in range(i, n):
             upper[i, j] = products[order[i], order[j]]
@@ -104,7 +108,7 @@ def without_first(
 @helper
 def kept(
     products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, upper: Floats,
-    order: Ints, first: int, rest: Ints, reduced: Floats, log_pivots: Floats,
+    order: Ints, first: int, rest: Ints, turned: bool, reduced: Floats, log_pivots: Floats,
 ) -> float:  # fmt: skip
     """Return the log marginal likelihood for places, from what the ``first`` block leaves of the columns of the rest.
 
@@ -112,24 +116,45 @@ def kept(
     """
     at = places[first]
     if np.isnan(log_pivots[at]):
-        log_pivots[at] = without_first(products, order, block.size - rest.size, ladder[at], reduced[at], upper)
+        log_pivots[at] = without_first(
+            products, order, block.size - rest.size, ladder[at], turned, reduced[at], upper
+        )
     return float(at_places(reduced[at], readings, rest, ladder, places, upper) - log_pivots[at])
+
+
+@kernel
+def shift(
+    products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, trial: Ints, upper: Floats,
+    order: Ints, first: int, rest: Ints, turned: bool, reduced: Floats, log_pivots: Floats,
+) -> float:  # fmt: skip
+    """Move all places by one step of the ladder together where that helps; return the best; arrays as of `climb`."""
+    start, moved = trial[0], trial[1]
+    put(start, places)
+    best = kept(products, readings, block, ladder, start, upper, order, first, rest, turned, reduced, log_pivots)
+    for step in (-1, 1):
+        for b in range(places.size):
+            moved[b] = min(max(start[b] + step, 0), ladder.size - 1)
+        value = kept(products, readings, block, ladder, moved, upper, order, first, rest, turned, reduced, log_pivots)
+        if value > best:
+            best = value
+            put(places, moved)
+    return best
 
 
 @kernel
 def climb(
     products: Floats, readings: float, block: Ints, ladder: Floats, places: Ints, trial: Ints, upper: Floats,
-    order: Ints, first: int, rest: Ints, reduced: Floats, log_pivots: Floats,
+    order: Ints, first: int, rest: Ints, turned: bool, reduced: Floats, log_pivots: Floats,
 ) -> float:  # fmt: skip
     """Move the places to where the readings are likeliest, block by block; return how likely they are.
 
     The columns stand in an ``order``, those of the ``first`` block before the others, which belong to the blocks
-    ``rest``. ``reduced``, shape (ladder, rest + 1, rest + 1), and ``log_pivots`` are what `kept` keeps; ``trial`` is
-    as of `shift`.
+    ``rest``, and are ``turned`` or not. ``reduced``, shape (ladder, rest + 1, rest + 1), and ``log_pivots`` are what
+    `kept` keeps; ``trial``, shape (2, blocks), is room for places.
     """
     moved, together = trial[0], trial[1]
     put(moved, places)
-    value = kept(products, readings, block, ladder, places, upper, order, first, rest, reduced, log_pivots)
+    value = kept(products, readings, block, ladder, places, upper, order, first, rest, turned, reduced, log_pivots)
     for _ in range(_ROUNDS):
         best_block, best_place, best = -1, -1, value + _GAIN
         put(together, places)
@@ -139,7 +164,9 @@ def climb(
                 if place < 0 or place >= ladder.size:
                     continue
                 moved[b] = place
-                found = kept(products, readings, block, ladder, moved, upper, order, first, rest, reduced, log_pivots)
+                found = kept(
+                    products, readings, block, ladder, moved, upper, order, first, rest, turned, reduced, log_pivots
+                )
                 if found > most:
                     most = found
                     together[b] = place
@@ -149,7 +176,9 @@ def climb(
         if best_block < 0:
             break
         # moves of different blocks seldom hinder each other: all that help are tried at once first
-        value = kept(products, readings, block, ladder, together, upper, order, first, rest, reduced, log_pivots)
+        value = kept(
+            products, readings, block, ladder, together, upper, order, first, rest, turned, reduced, log_pivots
+        )
         if value < best:
             put(together, places)
             together[best_block] = best_place

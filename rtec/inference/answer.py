@@ -12,7 +12,7 @@ from scipy.special import fdtrc, logsumexp
 from rtec.effects import Effect, Floats
 from rtec.inference.gate import INSEPARABLE
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import beside, falls, orthonormal
+from rtec.inference.proposals import beside, by_chance, falls, orthonormal
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.search import Search
 from rtec.inference.space import Choice
@@ -217,6 +217,8 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
             continue
         k = other.choices.index(newly(other, model, rival.name))
         if rival.name in found or search.gate.is_idle(other, k) or search.gate.implausible(other, k):
+            continue
+        if by_chance(search.judge, other, k):
             continue
         found[rival.name] = rival, other
     return list(found.values())

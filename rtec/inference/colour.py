@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -94,8 +95,14 @@ class Whitening:
     colour: Colour
 
     @cached_property
+    def _kernel(self) -> Callable[..., None]:
+        from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - loads numba, for searches only
+
+        return whiten_rows
+
+    @cached_property
     def _steps(self) -> tuple[Floats, Floats, Floats, Floats, float]:
-        from rtec.inference._colour_kernels import filter_steps  # noqa: PLC0415 - loads numba, for searches only
+        from rtec.inference._colour_kernels import filter_steps  # noqa: PLC0415 - as above
 
         carry, keep, gain, scale = np.empty((4, self.gap.size))
         total = filter_steps(self.gap, self.colour.rho, self.colour.white, carry, keep, gain, scale)
@@ -111,12 +118,10 @@ class Whitening:
 
         A direction ``without`` of length 1 there, shape (1, rows), is taken out of them; none where it has no rows.
         """
-        from rtec.inference._colour_kernels import whiten_rows  # noqa: PLC0415 - as above
-
         carry, keep, gain, scale, _ = self._steps
         white = np.empty(columns.shape)
         out = np.empty((0, columns.shape[1])) if without is None else without
-        whiten_rows(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, keep, gain, scale, out, white)
+        self._kernel(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, keep, gain, scale, out, white)
         return white
 
     def coloured(self, columns: Floats) -> Floats:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from rtec.effects import Floats
 
 SCALES = 10.0 ** (np.arange(-2, 11) / 2.0)
 """Standard deviations of an effect's contribution before the data have spoken, in units of the noise."""
+_UNKNOWN = np.full(SCALES.size, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,6 +26,10 @@ class Sums:
 
     products: Floats
     readings: int
+    turned: slice = field(default_factory=lambda: slice(0))
+    """Columns that are the principal ones of a part, none of which has a product with another of them."""
+    turn: Floats | None = None
+    """Those of the part in terms of them, shape (columns, turned)."""
 
 
 def best_scales(
@@ -59,25 +65,42 @@ def best_scales(
     places = start.copy()
     if not places.size:
         return places, -0.5 * sums.readings * math.log(max(float(sums.products[-1, -1]), 1e-300))
-    given = sums.products, sums.readings, block, SCALES, places, np.empty((2, places.size), np.int64)
-    upper = np.empty_like(sums.products)
-    if together:
-        return places, shift(*given, upper)
-    first = int(np.argmax(np.bincount(block)))  # the largest block is averaged over once for each of its places
-    others = np.flatnonzero(block != first)
-    order = np.concatenate([np.flatnonzero(block == first), others, [block.size]])
-    reduced = np.empty((SCALES.size, others.size + 1, others.size + 1))
-    return places, climb(*given, upper, order, first, block[others], reduced, np.full(SCALES.size, np.nan))
+    turned = sums.turn is not None
+    first, order, rest = _layout(block.tobytes(), int(block[sums.turned.start]) if turned else -1)
+    room = np.empty((2, places.size), np.int64), np.empty_like(sums.products), order, first, rest, turned
+    reduced = np.empty((SCALES.size, rest.size + 1, rest.size + 1))
+    run = shift if together else climb
+    return places, run(sums.products, sums.readings, block, SCALES, places, *room, reduced, _UNKNOWN.copy())
+
+
+@lru_cache(maxsize=1024)
+def _layout(block: bytes, first: int) -> tuple[int, NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first block, the columns in the order of `climb`, and the blocks of the rest.
+
+    The largest block, unless one is given: it is averaged over once for each of its places.
+    """
+    blocks = np.frombuffer(block, np.int64)
+    first = int(np.argmax(np.bincount(blocks))) if first < 0 else first
+    rest = np.flatnonzero(blocks != first)
+    return first, np.concatenate([np.flatnonzero(blocks == first), rest, [blocks.size]]), blocks[rest]
 
 
 def posterior(sums: Sums, deviations: Floats) -> tuple[Floats, float]:
     """Return the posterior mean of the amplitudes, shape (columns,), and the variance of the noise."""
     gram, along, total = sums.products[:-1, :-1], sums.products[:-1, -1], float(sums.products[-1, -1])
-    used = deviations > 0.0
-    mean = np.zeros(deviations.size)
-    if used.any():
-        d = deviations[used]
-        inner = np.eye(d.size) + d[:, None] * gram[np.ix_(used, used)] * d
-        mean[used] = (np.linalg.inv(inner) * np.outer(d, d)) @ along[used]
+    inner, wanted = deviations[:, None] * gram * deviations, deviations * along
+    inner.flat[:: deviations.size + 1] += 1.0
+    if sums.turn is None:
+        mean = deviations * np.linalg.solve(inner, wanted)
+    else:
+        own, rest = sums.turned, np.delete(np.arange(deviations.size), sums.turned)
+        mixed, pivots = inner[own, rest], np.diag(inner)[own]
+        less = (mixed / pivots[:, None]).T
+        mean = wanted
+        mean[rest] = np.linalg.solve(inner[np.ix_(rest, rest)] - less @ mixed, wanted[rest] - less @ wanted[own])
+        mean[own] = (wanted[own] - mixed @ mean[rest]) / pivots
+        mean = deviations * mean
     left = max(total - float(mean @ along), 1e-12 * total + 1e-300)
+    if sums.turn is not None:
+        mean[sums.turned] = sums.turn @ mean[sums.turned]
     return mean, left / max(sums.readings, 1)

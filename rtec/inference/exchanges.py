@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rtec.effects._harmonics import WavesShape
+from rtec.effects.frequency_grid import is_uneven, stated_base
 from rtec.inference.gate import Gate
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import Neighbours, bearable, beside, refine
+from rtec.inference.proposals import Neighbours, bearable, beside, peaks, refine
 from rtec.inference.scored import Judge, Scored, replaced
 
 REGROUPED = 3
@@ -21,6 +23,8 @@ OUT_OF_REACH = 100.0
 """Nats that are more than an exchange mends: it sets right what the beam has got slightly wrong. In 64 of 229
 measurements a model without maps was looked for, and none that stood further behind came near. A wave that is worth
 more is no filler beside a wrong one."""
+ALIASES = 3
+"""Other periods that are tried in the place of a wave on uneven targets."""
 HARDLY = 0.1
 """Nats for which no effects are exchanged: so much may lie between two orders in which shapes were refined."""
 
@@ -137,3 +141,22 @@ class Exchanges:
                 more = [e for e in self.neighbours.effects_for(one) if e.name not in lost]
                 found += self.neighbours.proposed(one, more)
         return [max(found, key=lambda m: m.score)]
+
+    def aliases(self, model: Scored, apart: float) -> list[str]:
+        """Return a sentence for each wave on uneven targets that one of another period does as well, within nats."""
+        space, found = self.judge.space, []
+        c = space.dataset.conditions
+        for k, (effect, shape) in enumerate(model.choices if is_uneven(c) else ()):
+            if not isinstance(shape, WavesShape) or stated_base(c, shape.period) is not None:
+                continue
+            back = beside(space, [one for i, one in enumerate(model.choices) if i != k], model.colour.bounded)
+            others = (s for s in peaks(space, effect, back, model.colour.bounded) if isinstance(s, WavesShape))
+            far = [s.period for s in others if effect.crowded(c, s, [shape]) is None][:ALIASES]
+            for period in far if model.choices[k] not in self.neighbours.given else ():
+                trial = refine(self.judge, (effect, replace(shape, period=period)), back, model.colour.bounded)
+                if self.judge.score(replaced(model, k, trial), model).score > model.score - apart:
+                    found.append(
+                        f"{effect.name}: at these targets a period of {period:.6g} {c.position_unit} explains the "
+                        f"readings as well as one of {shape.period:.6g} {c.position_unit}"
+                    )
+        return found

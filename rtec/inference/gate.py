@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from rtec.effects import Floats, Observable
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import Neighbours
+from rtec.inference.proposals import Neighbours, by_chance
 from rtec.inference.scored import Fit, Judge, Scored, replaced
 from rtec.inference.space import Space
 
@@ -107,22 +107,23 @@ class Gate:
     def is_sound_but_for_form(self, model: Scored, k: int) -> bool:
         """Return whether nothing but its form speaks against an effect of a model."""
         effect, shape = model.choices[k]
-        follows_all = (
-            effect.is_map and effect.observable is Observable.DRIVE
-        )  # what a motion lacks is there at places
+        # a map of a force follows whatever a motion lacks at its places
+        follows_all = effect.is_map and effect.observable is Observable.DRIVE
         formal = any(self.of_form(model, k)) and effect.doubtful(self.space.dataset.conditions, shape) is None
         return formal and not follows_all and not any(self._beside_form(model, k))
 
     def _objections(self, model: Scored, k: int) -> Iterator[str]:
         """Yield what speaks against an effect of a model, what is cheap to find out first."""
+        if model.choices[k][0].name in model.wrong_sign:
+            yield "its amplitude would have to be negative"
         yield from self.of_form(model, k)
         yield from self._beside_form(model, k)
 
     def _beside_form(self, model: Scored, k: int) -> Iterator[str]:
         effect, shape = model.choices[k]
         conditions, fit = self.space.dataset.conditions, self.judge.fit(model)
-        if effect.name in model.wrong_sign:
-            yield "its amplitude would have to be negative"
+        if by_chance(self.judge, model, k):
+            yield "one of so many periods explains as much at so few targets"
         rest = self.neighbours.without(model, k)
         if (worth := self.worth(model, k, rest)) < WORTH:
             yield f"it raises the log marginal likelihood by {worth:.1f} nats, less than the {WORTH:g} required"

@@ -67,6 +67,7 @@ WANDERS = 16.0
 """Readings over which noise is correlated, from which on it may as well be an unknown effect in time."""
 MOSTLY_WHITE = 0.9
 """Share of the noise's variance that is white, from which on the slow rest is of no account."""
+OTHER_TARGETS = "measure once more at other uneven targets: they tell periods that look the same here from each other"
 _COMPARED = {True: "means over repeats", False: "means of both directions"}
 
 
@@ -104,8 +105,11 @@ def judged(found: Finding) -> Diagnosis:
     if not found.searched and any(c.p_adjusted < LEVEL for c in absent):
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
+    aliases = search.exchanges.aliases(model, EQUAL)
     return Diagnosis(
-        verdict=_verdict(unknown, bool(tied) and named, named, floor_is_reached(judge, model, floor), doubtful),
+        verdict=_verdict(
+            unknown, bool(tied or aliases) and named, named, floor_is_reached(judge, model, floor), doubtful
+        ),
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,
@@ -124,8 +128,10 @@ def judged(found: Finding) -> Diagnosis:
         approximate=tuple(name for name in found.approximate if name in model.names),
         suspected=tuple(doubts_of(found)),
         cosines=cosines_of(found, proposed),
-        experiment=_experiment(found, unknown, tied, not_testable, minimum, _likely(absent) if not named else ()),
-        notes=notes_of(found, floor),
+        experiment=Experiment(text=OTHER_TARGETS)
+        if aliases and not tied
+        else _experiment(found, unknown, tied, not_testable, minimum, _likely(absent) if not named else ()),
+        notes=(*notes_of(found, floor), *aliases),
         rms_heldout_before=found.rms_heldout(judge.score(search.given))
         if found.offset is None
         else dataset.rms(dataset.observed),

@@ -8,8 +8,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import fdtrc
 
 from rtec.effects import Conditions, Effect, Floats, Shape
+from rtec.effects._harmonics import WavesShape
+from rtec.effects.frequency_grid import is_uneven, stated_base
 from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
@@ -24,6 +27,8 @@ APART = 0.01
 """Share of a column that has to be new beside the model: what is left of less is rounding, or nearly a constant."""
 _STEPS, _FINE_STEPS = 8, 14
 """Of the golden section: a fiftieth of a step of the scan is enough to propose, a thousandth is what is fitted."""
+LEVEL_OF_PLACES = 0.01
+"""Probability, at most, that one of the periods tried explains as much of what each target shows by chance."""
 SLOW = 8.0
 """Nats that an effect in time may lack in the scan: beside slow noise what it explains counts as that, as long as the
 noise is not fitted together with it."""
@@ -96,6 +101,19 @@ def falls(columns: Floats, back: Beside) -> Floats:
     return _explained(np.matmul(columns, columns.transpose(0, 2, 1)), both[:, :, :-1], both[:, :, -1])
 
 
+def fall_of(columns: Floats, back: Beside) -> float:
+    """Return the same for one shape, its columns of shape (amplitudes, rows), in a third of the time."""
+    both, whole = columns @ back.both.T, columns @ columns.T
+    short = 1.0 / np.sqrt(np.maximum(whole.diagonal(), 1e-300))
+    inside, along = both[:, :-1], both[:, -1] * short
+    gram = (whole - inside @ inside.T) * short * short[:, None]
+    if short.size == 1:
+        return float(along[0] ** 2 / gram[0, 0]) if gram[0, 0] > APART else 0.0
+    values, vectors = np.linalg.eigh(gram)
+    usable = values > APART
+    return float(((along @ vectors)[usable] ** 2 / values[usable]).sum())
+
+
 def falls_of_scan(space: Space, scan: Scan, back: Beside, colour: Colour) -> Floats:
     """Return the same for shapes of a scan, shape (shapes,), from products that are known."""
     inside = [scan.onto_part("constant", space.view(colour).constant)]
@@ -124,6 +142,28 @@ def _explained(whole: Floats, inside: Floats, along: Floats) -> Floats:
     usable = values > APART
     found: Floats = np.where(usable, onto / np.where(usable, values, 1.0), 0.0).sum(axis=1)
     return found
+
+
+def by_chance(judge: Judge, model: Scored, k: int) -> bool:
+    """Return whether some wave of less than two steps explains as much of the mean error at each target by chance.
+
+    What the targets show may be anything that repeats, which a wave of one of very many periods resembles. An F-test
+    over targets, not over readings, adjusted by the periods tried; False for any other effect.
+    """
+    (effect, shape), c = model.choices[k], judge.space.dataset.coordinates
+    if not isinstance(shape, WavesShape) or not is_uneven(c) or shape.period * (c.places.size - 1) > 2.0 * c.span:
+        return False
+    if stated_base(c, shape.period) is not None:
+        return False
+    fit = judge.fit(model)
+    at = np.unique(np.searchsorted(c.places, c.position, side="right"), return_inverse=True)[1]
+    rows = np.vstack([judge.left(model) + fit.contribution(k), fit.parts[k].raw])
+    means = np.array([np.bincount(at, row) / np.bincount(at) for row in rows])
+    means = means - means.mean(axis=1, keepdims=True)
+    mean, basis = means[0], orthonormal(means[1:])
+    fall, below = float(((basis @ mean) ** 2).sum()), mean.size - 1 - len(basis)
+    ratio = (fall / len(basis)) / max((float(mean @ mean) - fall) / max(below, 1), 1e-300)
+    return below < 1 or float(fdtrc(len(basis), below, ratio)) * effect.tried(c, shape) > LEVEL_OF_PLACES
 
 
 def worth_of(fall: float, amplitudes: int, back: Beside, readings: int) -> float:
@@ -169,7 +209,7 @@ def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Seque
 
 def _worth(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> float:
     columns = judge.space.white(judge.space.part_of(choice), colour)
-    fall = float(falls(columns[None], back)[0])
+    fall = fall_of(columns, back)
     return worth_of(fall, columns.shape[0], back, judge.space.readings) - judge.price(choice)
 
 
@@ -186,18 +226,22 @@ def _is_plausible(space: Space, choice: Choice, back: Beside, colour: Colour) ->
 
 def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
     """Return the best shapes of the scan grid: local maxima of what they explain."""
-    shapes, sound = space.shapes(effect)
+    shapes, _ = space.shapes(effect)
     if not shapes:
         return []
-    if effect.is_map:
-        return list(shapes)
+    return list(shapes) if effect.is_map else peaks(space, effect, back, colour)[:_EACH]
+
+
+def peaks(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
+    """Return the shapes of the scan grid that explain more than their neighbours, the best first."""
+    shapes, sound = space.shapes(effect)
     fall = np.concatenate([falls_of_scan(space, scan, back, colour) for scan in space.scan(effect, shapes, colour)])
     fall[~sound] = 0.0
     peak = np.ones(fall.size, dtype=np.bool_)
     peak[1:] &= fall[1:] >= fall[:-1]
     peak[:-1] &= fall[:-1] > fall[1:]
     order = np.flatnonzero(peak & (fall > 0.0))
-    return [shapes[k] for k in order[np.argsort(-fall[order])][:_EACH]]
+    return [shapes[k] for k in order[np.argsort(-fall[order])]]
 
 
 def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: int = _FINE_STEPS) -> Choice:
@@ -208,7 +252,7 @@ def refine(judge: Judge, choice: Choice, back: Beside, colour: Colour, steps: in
 
         def explained(value: float, shape: Shape = shape, name: str = tunable.name) -> float:
             columns = data.columns(effect, replace(shape, **{name: value}))
-            return float(falls(whiten(columns.T)[None], back)[0])
+            return fall_of(whiten(columns.T), back)
 
         now = float(getattr(shape, tunable.name))
         best = golden(explained, tunable.low, tunable.high, steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -25,6 +26,8 @@ _AT_ONCE_BYTES = 100_000_000
 _IN_CACHE_BYTES = 500_000
 _ROUNDING = 1e-10
 """Share of the readings' square that may be lost: a model that explains everything leaves that."""
+TURNED_FROM = 24
+"""Columns of a part from which on its principal ones stand for them: to average over these takes no elimination."""
 LEAST_WHITE_IN_MOTION = 0.3
 
 
@@ -78,7 +81,9 @@ class View:
     space: Space
     whitening: Whitening
     white: dict[Part, Floats] = field(default_factory=dict)
-    products: dict[tuple[Part, Part], Floats] = field(default_factory=dict)
+    products: dict[Part, dict[Part, Floats]] = field(default_factory=lambda: defaultdict(dict))
+    """Products of the columns of one part with those of another."""
+    principal: dict[Part, tuple[Part, Floats]] = field(default_factory=dict)
     scans: dict[str, Scan] = field(default_factory=dict)
 
     @cached_property
@@ -223,28 +228,51 @@ class Space:
 
     def white(self, part: Part, colour: Colour) -> Floats:
         """Return a part's columns in whitened space and units of their own, shape (columns, rows)."""
-        white = self.view(colour).white
-        if part not in white:
+        return self._white(self.view(colour), part)
+
+    def _white(self, view: View, part: Part) -> Floats:
+        found = view.white.get(part)
+        if found is None:
             if self._bytes > _KEPT_BYTES:
-                for view in self._views.values():
-                    view.white.clear()
+                for other in self._views.values():
+                    other.white.clear()
                 self._bytes = 0
-            white[part] = self.view(colour).project(part.raw, part.unit)
-            self._bytes += white[part].nbytes
-        return white[part]
+            found = view.white[part] = view.project(part.raw, part.unit)
+            self._bytes += found.nbytes
+        return found
 
     def sums(self, parts: Sequence[Part], colour: Colour) -> Sums:
-        """Return the products that a model with these parts needs."""
-        known = self.view(colour).products
-        every = [*parts, self.observed_part]
-        for one, other in itertools.combinations_with_replacement(every, 2):
-            if (one, other) not in known:
-                known[one, other] = self.white(one, colour) @ self.white(other, colour).T
-                known[other, one] = known[one, other].T
-        rows = [np.concatenate([known[one, other] for other in every], axis=1) for one in every]
-        products = np.ascontiguousarray(np.concatenate(rows))  # it follows its parts' layout: kernels have one
+        """Return the products that a model with these parts needs; of a large one those of its principal columns."""
+        view, every = self.view(colour), [*parts, self.observed_part]
+        sizes = [part.raw.shape[0] for part in every]
+        most, turned, turn = max(sizes), slice(0), None
+        ends = list(itertools.accumulate(sizes, initial=0))
+        if most >= TURNED_FROM:
+            k = sizes.index(most)
+            turned = slice(ends[k], ends[k + 1])
+            every[k], turn = self._principal(view, every[k])
+        products = np.empty((ends[-1], ends[-1]))
+        for i, one in enumerate(every):
+            known, rows = view.products[one], slice(ends[i], ends[i + 1])
+            for j in range(i + 1):
+                other, columns = every[j], slice(ends[j], ends[j + 1])
+                block = known.get(other)
+                if block is None:
+                    block = known[other] = self._white(view, one) @ self._white(view, other).T
+                    view.products[other][one] = block.T
+                products[rows, columns] = block
+                if j < i:
+                    products[columns, rows] = block.T
         products[-1, -1] *= 1.0 + _ROUNDING
-        return Sums(products, self.readings)
+        return Sums(products, self.readings, turned, turn)
+
+    def _principal(self, view: View, part: Part) -> tuple[Part, Floats]:
+        """Return the principal columns of a part, and those of the part in terms of them."""
+        if part not in view.principal:
+            white = self._white(view, part)
+            turn = np.linalg.eigh(white @ white.T)[1]
+            view.principal[part] = Part(raw=turn.T @ part.raw, unit=part.unit), turn
+        return view.principal[part]
 
     def shapes(self, effect: Effect) -> tuple[Sequence[Shape], NDArray[np.bool_]]:
         """Return the scan grid of an effect, and which of its shapes the data could bear out."""

@@ -130,7 +130,7 @@ def test_readings_that_nothing_repeats_are_drawn_one_by_one(monkeypatch):
 
 def test_a_part_resolves_the_periods_that_the_whole_resolves(monkeypatch):
     monkeypatch.setattr(module, "MOST_AT_REST", 80)
-    data = measured(runs=2, at=np.linspace(0.0, 300.0, 301))
+    data = measured(runs=2, at=np.linspace(0.0, 300.0, 301) + np.random.default_rng(1).uniform(-0.3, 0.3, 301))
     part = search_sample(data)
     whole = frequencies(data.conditions)
     alone = frequencies(replace(part.conditions, whole=None))

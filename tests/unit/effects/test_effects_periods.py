@@ -54,16 +54,37 @@ def test_a_missing_target_does_not_make_the_others_irregular():
     assert alias_limit(at(np.delete(np.arange(0.0, 101.0, 5.0), [3, 4, 11]))) == 0.1
 
 
-def test_irregular_targets_tell_the_two_sides_of_the_limit_apart():
+def unlike(x, frequency, other):
+    """Return the share of waves of a frequency that waves of another do not explain."""
+    wanted, others = (
+        np.column_stack([np.ones_like(x), np.sin(2 * np.pi * f * x), np.cos(2 * np.pi * f * x)])
+        for f in (frequency, other)
+    )
+    left = wanted - others @ np.linalg.lstsq(others, wanted, rcond=None)[0]
+    return np.linalg.norm(left) / np.linalg.norm(wanted[:, 1:])
+
+
+def test_irregular_targets_tell_waves_of_eight_cycles_a_step_from_slower_ones():
     x = np.arange(0.0, 401.0, 5.0) + np.random.default_rng(1).uniform(-1.5, 1.5, 81)
     c = at(x)
     limit = alias_limit(c)
-    assert limit == pytest.approx(1.0 / np.median(np.diff(np.sort(x))))
-    mirrored = 2 * 0.1 - 0.07
-    wanted = np.column_stack([np.sin(2 * np.pi * mirrored * x), np.cos(2 * np.pi * mirrored * x)])
-    other = np.column_stack([np.sin(2 * np.pi * 0.07 * x), np.cos(2 * np.pi * 0.07 * x)])
-    left = wanted - other @ np.linalg.lstsq(other, wanted, rcond=None)[0]
-    assert np.linalg.norm(left) > 0.5 * np.linalg.norm(wanted)
+    assert limit == pytest.approx(8.0 / 5.0, rel=0.01)
+    assert all(unlike(x, 0.07, other) > 0.5 for other in (2 * 0.1 - 0.07, 0.2 + 0.07, limit - 0.07))
+
+
+def test_the_limit_lies_where_irregular_targets_show_two_waves_as_one():
+    """All on a grid of 1 mm, at every place of it that was drawn: half a cycle per millimetre."""
+    x = np.sort(np.random.default_rng(2).choice(np.arange(200.0), 40, replace=False))
+    limit = alias_limit(at(x))
+    assert limit == pytest.approx(0.5, rel=0.01)
+    assert unlike(x, 0.47, 0.53) < 1e-9
+    assert unlike(x, 0.43, 0.47) > 0.5
+
+
+def test_a_log_resolves_one_cycle_a_step():
+    x = np.arange(0.0, 401.0, 5.0) + np.random.default_rng(1).uniform(-1.5, 1.5, 81)
+    step = np.median(np.diff(np.sort(x)))
+    assert alias_limit(replace(at(x), moving=True, velocity=np.ones(81))) == pytest.approx(1.0 / step)
 
 
 def test_the_scan_goes_from_five_cycles_to_the_limit_in_steps_of_three_tenths():
@@ -575,3 +596,20 @@ def test_two_fractions_of_a_turn_may_be_one_family_of_it():
     assert Cyclic().joined(c, CyclicShape(6.35 / 2), CyclicShape(41.0)) == ()
     nobody = at(c.position, direction=c.direction)
     assert Cyclic().joined(nobody, CyclicShape(6.35 / 2), CyclicShape(6.35 / 3)) == ()
+
+
+def test_a_wave_that_is_a_constant_at_uneven_targets_is_in_doubt():
+    """Its difference by direction would be a backlash."""
+    off = np.random.default_rng(3).normal(0.0, 1.0, 31)
+    nearly, uneven = (at(50.0 * np.arange(31) + share * off) for share in (3.0, 10.0))
+    assert "mainly a constant" in Cyclic().doubtful(nearly, CyclicShape(50.0))
+    assert Cyclic().doubtful(nearly, CyclicShape(31.0)) is None
+    assert Cyclic().doubtful(uneven, CyclicShape(50.0)) is None
+
+
+def test_few_uneven_targets_resolve_fewer_cycles_a_step():
+    limits = []
+    for count in (11, 21, 31):
+        x = 50.0 * np.arange(count) + np.random.default_rng(3).uniform(-15.0, 15.0, count)
+        limits.append(alias_limit(at(x)) * 50.0)
+    assert limits == pytest.approx([1.0, 90.0 / 20.0, 8.0], rel=0.15)

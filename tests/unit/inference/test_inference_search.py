@@ -1,5 +1,6 @@
 """The search: what earns its place, and how sure an effect is over the models that compete."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
 from rtec.inference.gate import MATTERS, WORTH
+from rtec.inference.proposals import by_chance
 from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
@@ -309,3 +311,39 @@ def test_three_periods_are_found_one_by_one_where_families_bring_them_together(c
     _, model = found_in(measured(error, targets=81, runs=4, seed=seed))
     assert model.names == ("cyclic",) * 3
     assert sorted(300.0 / shape.period for _, shape in model.choices) == pytest.approx(cycles, rel=0.005)
+
+
+def on_uneven_targets(jitter, period, size, runs=3):
+    """Return readings at targets about 10 mm apart that hold one wave; its size is in sigma."""
+    at = 10.0 * np.arange(31) + np.random.default_rng(3).normal(0.0, jitter, 31)
+    return measured(wave(period, size * SIGMA), at=at, runs=runs)
+
+
+@pytest.mark.parametrize("period", [3.3, 10.0, 14.3])
+def test_uneven_targets_show_waves_shorter_than_their_mean_step(period):
+    found = diagnose(on_uneven_targets(1.5, period, 3.0))
+    assert [step.effect for step in found.steps] == ["cyclic"]
+    assert found.steps[0].params[0].value == pytest.approx(period, rel=0.002)
+    assert found.verdict is Verdict.NAMED
+
+
+def test_periods_that_the_targets_hardly_tell_apart_are_tied():
+    found = diagnose(on_uneven_targets(0.3, 100.0 / 3.0, 1.0))
+    assert found.verdict is Verdict.TIED
+    assert re.search(r"a period of 14\.\d+ mm explains the readings as well as one of 33\.\d+ mm", found.notes[-1])
+    assert "other uneven targets" in found.experiment.text
+    assert diagnose(on_uneven_targets(0.3, 100.0 / 7.0, 10.0)).verdict is Verdict.NAMED
+
+
+@pytest.mark.parametrize(("planted", "expected"), [("wave", False), ("table", True)])
+def test_a_wave_of_less_than_two_steps_has_to_explain_more_of_the_targets_than_chance_does(planted, expected):
+    at = 10.0 * np.arange(21) + np.random.default_rng(4).uniform(-4.0, 4.0, 21)
+    own = np.random.default_rng(5).normal(0.0, 4.0 * SIGMA, 21)
+    data = measured(wave(3.3, 4.0 * SIGMA) if planted == "wave" else lambda x, *_: own[np.searchsorted(at, x)], at=at)
+    judge = Judge(Space(data))
+    cyclic = effect_named("cyclic")
+    likely = [judge.score([(cyclic, shape)]) for shape in cyclic.shapes(data.conditions)]
+    short = [m for m in likely if m.choices[0][1].period < 10.0]
+    best = max(short, key=lambda m: m.score)
+    assert best.score > judge.score([]).score + WORTH, "by the readings alone it would be a wave"
+    assert by_chance(judge, best, 0) is expected

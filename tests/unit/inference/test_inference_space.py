@@ -9,6 +9,7 @@ from inference_oracle import covariance, measured, one_chain, whitened
 from rtec.effects import Observable, Shape, effect_named
 from rtec.inference import space as module
 from rtec.inference.colour import COLOURS, Colour
+from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
 from rtec.inference.space import Space, blocks_of
 
 SCALE, CYCLIC = (effect_named(n) for n in ("scale", "cyclic"))
@@ -37,6 +38,28 @@ def test_sums_are_those_of_whitened_columns_beside_the_constant(colour):
     again = space.sums(parts[::-1], colour)  # from what is kept, in another order
     order = np.concatenate([*(np.flatnonzero(blocks_of(parts) == k) for k in range(len(parts))[::-1]), [-1]])
     assert again.products == pytest.approx(sums.products[np.ix_(order, order)])
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_the_principal_columns_of_a_large_part_stand_for_it(place):
+    space = Space(measured(lambda x, way, t, run: 5e-5 * x, runs=3, targets=20))
+    rng = np.random.default_rng(1)
+    parts = space.parts_of(CHOICES)
+    parts.insert(place, space.part(rng.normal(size=(module.TURNED_FROM, space.dataset.rows))))
+    sums, block = space.sums(parts, AR), blocks_of(parts)
+    table = np.vstack([space.white(part, AR) for part in (*parts, space.observed_part)])
+    plain = Sums(table @ table.T, space.readings)
+    assert sums.turn is not None
+    start = np.array([3, 4, 5])
+    for together in (True, False):
+        places, value = best_scales(sums, block, start, together=together)
+        expected, known = best_scales(plain, block, start, together=together)
+        assert places.tolist() == expected.tolist()
+        assert value == pytest.approx(known)
+    deviations = SCALES[start][block]
+    mean, variance = posterior(sums, deviations)
+    assert mean == pytest.approx(posterior(plain, deviations)[0], abs=1e-9)
+    assert variance == pytest.approx(posterior(plain, deviations)[1])
 
 
 def test_a_part_has_a_mean_square_of_one_about_its_mean():
