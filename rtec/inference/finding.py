@@ -113,7 +113,7 @@ def approximated(found: Finding) -> Finding:
         base = search.judge.score([c for c in found.model.choices if not isinstance(c[0], Probe)], found.model)
         before, names = found.rms_heldout(base), Counter(base.names)
         nearly = []
-        for other in gate.possible():
+        for other in list(gate.possible()):
             new = list((Counter(other.names) - names).elements())
             if len(new) == 1 and not names - Counter(other.names) and other.score > base.score + WORTH:
                 k = other.choices.index(newly(other, base, new[0]))

@@ -96,7 +96,7 @@ def _under(judge: Judge, model: Scored) -> tuple[tuple[Term, ...], float]:
     slopes = [_slopes(space, choice, a) for choice, a in zip(model.choices, amplitudes, strict=True)]
     moved = np.vstack([table, *(whiten(s) for s in slopes if s.size)])
     covariance = variance * _covariance(moved, noise if weights != model.colour else None)
-    if space.dataset.conditions.moving and space.dataset.rounding > 0.0:
+    if moved.size and space.dataset.conditions.moving and space.dataset.rounding > 0.0:
         covariance += _of_rounding(moved, numbers @ np.vstack([none, *raw]), variance, space.dataset.rounding)
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     holder = _holder([Term(effect=effect) for effect, _ in model.choices]) if space.has_datum else None
