@@ -69,8 +69,8 @@ class WarmUpGrowth(WarmUp):
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the approach, beside the approach where the fixed point is free."""
-        done = super().scan(conditions, [shape])[0, 0]
         free = own_shape(shape, WarmGrowthShape).elsewhere
+        done = super().scan(conditions, [shape])[0, 0]
         return np.column_stack([conditions.position * done, done] if free else [conditions.position * done])
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:

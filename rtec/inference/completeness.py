@@ -25,6 +25,8 @@ CURVE = 6
 """Degree of the curves that a residual is compared with."""
 TREND, MATERIAL = 0.0025, 0.03
 """Probability below which a curve is no chance, and the least share of the residual's square that it explains."""
+ROUNDING = 1e-6
+"""Share of the readings' spread: less is no residual."""
 MOST_RUNS = 60
 APART = 3.0
 """Cycles over the whole axis by which two waves differ at least: closer ones are a beat, a wave in one part of it."""
@@ -46,6 +48,8 @@ def is_coloured(judge: Judge, model: Scored) -> bool:
     """Return whether what a model leaves is strongly correlated from reading to reading."""
     left, chain = judge.left(model), np.cumsum(np.isinf(judge.space.gap))
     left = left - left.mean()
+    if float(left @ left) <= ROUNDING**2 * float(judge.space.dataset.observed @ judge.space.dataset.observed):
+        return False
     together = [
         float((left[lag:] * left[:-lag])[chain[lag:] == chain[:-lag]].sum()) for lag in LAGS if lag < left.size
     ]
@@ -77,6 +81,8 @@ def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ..
     c = search.space.dataset.coordinates
     found = []
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
+    if left <= ROUNDING * float(np.std(search.space.dataset.observed)):
+        return ()
     if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma > 0.0:
         found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
     if (c.moving or c.time_is_coordinate) and is_coloured(search.judge, model):

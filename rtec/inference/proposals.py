@@ -13,6 +13,7 @@ from scipy.special import fdtrc
 from rtec.effects import Conditions, Effect, Floats, Shape
 from rtec.effects._harmonics import WavesShape
 from rtec.effects.frequency_grid import is_uneven, stated_base
+from rtec.effects.protocol import own_shape
 from rtec.inference.colour import Colour
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
@@ -184,7 +185,7 @@ def proposals(
     back = beside(space, model.choices, colour)
     found: list[Proposal] = []
     for effect in effects:
-        best = _best_shapes(space, effect, back, colour)
+        best = _best_shapes(space, effect, back, colour, families=families)
         variants = [effect.variants(space.dataset.conditions, shape) for shape in best]
         if effect.is_wave and not families:
             variants = [forms[:1] for forms in variants]  # the simplest: the wave itself
@@ -224,12 +225,25 @@ def _is_plausible(space: Space, choice: Choice, back: Beside, colour: Colour) ->
     return effect.implausible(space.dataset.conditions, shape, numbers) is None
 
 
-def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
-    """Return the best shapes of the scan grid: local maxima of what they explain."""
+def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour, *, families: bool) -> list[Shape]:
+    """Return the best shapes of the scan grid: local maxima of what they explain.
+
+    Waves one by one are longer than a step between targets: any sum of long waves looks a little like some short one.
+    """
     shapes, _ = space.shapes(effect)
     if not shapes:
         return []
-    return list(shapes) if effect.is_map else peaks(space, effect, back, colour)[:_EACH]
+    if effect.is_map:
+        return list(shapes)
+    found = peaks(space, effect, back, colour)
+    if effect.is_wave and not families:
+        found = [one for one in found if not is_within_a_step(space.dataset.coordinates, one)]
+    return found[:_EACH]
+
+
+def is_within_a_step(conditions: Conditions, shape: Shape) -> bool:
+    """Return whether a wave is shorter than the usual step between places."""
+    return own_shape(shape, WavesShape).period < float(np.median(np.diff(conditions.places)))
 
 
 def peaks(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:

@@ -10,7 +10,7 @@ from rtec.effects import Shape
 from rtec.inference.exchanges import HOPELESS, OUT_OF_REACH, Exchanges
 from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, WORTH, Gate, generic
 from rtec.inference.probes import Probe, changing
-from rtec.inference.proposals import MOST_EFFECTS, Neighbours
+from rtec.inference.proposals import MOST_EFFECTS, Neighbours, is_within_a_step
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.space import Choice
 
@@ -66,12 +66,24 @@ class Search:
             other = self._climbed(lambda share: None, found.score - OUT_OF_REACH)
             self.neighbours.barred = frozenset()
             found = max(found, other, key=lambda m: m.score)
-        found = self.changing(found)
-        if generic(found) and any(effect.is_wave for effect in self.space.library):
-            self.neighbours.single = True
-            found = max(found, self.changing(self._climbed(lambda share: None)), key=lambda m: m.score)
-            self.neighbours.single = False
+        found = self._one_by_one(self.changing(found))
         self._suspect(found)
+        ended = self._likelier(found)
+        return ended if ended is found else self._one_by_one(ended)
+
+    def _one_by_one(self, found: Scored) -> Scored:
+        """Return a model, or a better one with waves one by one where it holds a probe or a wave within a step."""
+        waves = [choice for choice in found.choices if choice not in self.given and choice[0].is_wave]
+        within = any(is_within_a_step(self.space.dataset.coordinates, shape) for _, shape in waves)
+        if not within and not (generic(found) and any(effect.is_wave for effect in self.space.library)):
+            return found
+        self.neighbours.single = True
+        other = self.changing(self._climbed(lambda share: None))
+        self.neighbours.single = False
+        return max(found, other, key=lambda m: m.score)
+
+    def _likelier(self, found: Scored) -> Scored:
+        """Return a model, or the best that was seen on the way and whose every effect has earned its place."""
         while True:
             likelier = (m for m in best_of_names(self.gate.near(found)).values() if m.score > found.score + ROUNDING)
             sound = (self.exchanges.reshaped(m) for m in likelier if self.gate.is_gated(m))

@@ -69,8 +69,7 @@ def test_two_wrong_runs_of_five_are_both_named(warnings, first, second):
 
 @pytest.mark.parametrize("what", CHANGED)
 def test_of_two_runs_nobody_knows_which_is_wrong(warnings, what):
-    (text,) = warnings(readings(5, 2, wrong=[(1, what)], in_order=False))
-    assert "disagrees with run" in text
+    (text,) = (one for one in warnings(readings(5, 2, wrong=[(1, what)], in_order=False)) if "disagrees" in one)
     assert "it is open which of them is wrong" in text
 
 

@@ -12,7 +12,7 @@ from rtec.effects.run_offset import RunOffset, RunShape
 from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.warm_up import WarmShape, WarmUp
-from rtec.effects.warm_up_growth import WarmUpGrowth
+from rtec.effects.warm_up_growth import WarmGrowthShape, WarmUpGrowth
 from rtec.errors import ArgumentError
 
 
@@ -135,9 +135,9 @@ def test_a_screw_that_warms_up_grows_from_its_fixed_end(bidirectional):
         grown.append(share)
         share += 0.5 * (1.0 - share) / tau
     expected = 2e-5 * c.position * np.interp(c.time_s, at, grown)
-    found = WarmUpGrowth().contribution(c, WarmShape(tau), [2e-5])
+    found = WarmUpGrowth().contribution(c, WarmGrowthShape(tau), [2e-5])
     assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-    assert WarmUpGrowth().amplitudes(WarmShape(tau), Units("mm", "mm", "s"))[0].unit == "um/m"
+    assert WarmUpGrowth().amplitudes(WarmGrowthShape(tau), Units("mm", "mm", "s"))[0].unit == "um/m"
 
 
 def test_the_zero_of_a_run_is_counted_from_that_of_the_first(bidirectional):
@@ -198,7 +198,7 @@ def test_a_fixed_point_elsewhere_is_growth_from_there(bidirectional):
     assert read["expansion"] == (pytest.approx(12.0), "um/m/K")
     assert ThermalGrowth().implausible(c, shape, np.array([1.2e-5, -1.2e-5 * 150.0])) is None
     far = np.array([1e-8, -1e-8 * 50_000.0])
-    assert "far from the axis" in ThermalGrowth().implausible(c, shape, far)
+    assert "beyond the axis" in ThermalGrowth().implausible(c, shape, far)
 
 
 def test_one_sensor_is_followed_once_and_another_beside_it(bidirectional):

@@ -221,7 +221,7 @@ def test_probabilities_are_shares_of_all_models_that_compete():
     ]
     found = probabilities(search, model)
     scores = np.array([m.score for m in competing])
-    holds = {"scale": {"scale", "pitch_map"}, "backlash": {"backlash", "backlash_map", "windup"}}
+    holds = {"scale": {"scale", "pitch_map", "warm_up_growth"}, "backlash": {"backlash", "backlash_map", "windup"}}
     for name in model.names:
         having = [m.score for m in competing if holds[name] & set(m.names)]
         expected = np.exp(logsumexp(having) - logsumexp(scores))
