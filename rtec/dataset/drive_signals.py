@@ -78,10 +78,10 @@ def cutoff_of(parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noi
     return float(np.clip(_MARGIN * share[last] * rate_hz, _LOWEST * most, most))
 
 
-def step_of(values: Floats) -> float:
-    """Return the step in which values are rounded, 0 where they are multiples of none."""
+def step_of(values: Floats, fewest_levels: int = 2) -> float:
+    """Return the step in which values are rounded, 0 where they are multiples of none, or have fewer levels."""
     steps = np.abs(np.diff(values))
-    if not steps.any():
+    if not steps.any() or np.unique(values).size < fewest_levels:
         return 0.0
     step = float(np.quantile(steps[steps > 0.0], 0.01))
     off = np.abs(steps / step - np.round(steps / step))

@@ -45,6 +45,7 @@ _SIGMAS = 4.0  # of the noise of a velocity: what is larger is motion
 _RESOLVED, _NOWHERE = 2.0, 0.25  # counts that an axis goes at the speed that counts as creep; share of that way
 _FEWEST_KEPT = 20  # rows of a standstill that are kept at either end, even if the axis settles sooner
 _SETTLED = 4.0  # standard deviations at the end of a standstill: what is farther off has not settled
+FEWEST_LEVELS = 16  # of a rounded signal in motion: one with fewer goes at a few speeds
 _STALE = 0.2  # share of rows that repeat the row before from which a log was written faster than it was measured
 _LONGEST_HOLD, _REGULAR = 20, 0.98  # rows that repeat a sample; share of the new samples that come at equal steps
 
@@ -126,7 +127,8 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
             cutoff_hz = _differentiate_unevenly(rows, rows.time_s, stretches)
         else:
             source = rows.position if rows.velocity is None else rows.velocity
-            own = cutoff_of([source[a:b] for a, b in stretches], rate, step_of(source), noisy=rows.velocity is None)
+            step = step_of(source, FEWEST_LEVELS)
+            own = cutoff_of([source[a:b] for a, b in stretches], rate, step, noisy=rows.velocity is None)
             cutoff_hz = used = own if like is None or like.cutoff_hz is None else min(like.cutoff_hz, 0.45 * rate)
             resample = _differentiate(rows, stretches, rate, used)
         least = band / 2.0 * cutoff_hz
@@ -177,7 +179,8 @@ def _differentiate_unevenly(rows: Rows, time_s: Floats, stretches: list[Stretch]
     passed = np.concatenate([np.diff(time_s[part]) for part in parts])
     usual = float(np.median(passed[passed > 0.0])) if (passed > 0.0).any() else 1.0
     grids = [even_grid(time_s[part], source[part], usual) for part in parts]
-    cutoff = cutoff_of([values for _, values in grids], 1.0 / usual, step_of(source), noisy=rows.velocity is None)
+    step = step_of(source, FEWEST_LEVELS)
+    cutoff = cutoff_of([values for _, values in grids], 1.0 / usual, step, noisy=rows.velocity is None)
     found = []
     for part, (grid, values) in zip(parts, grids, strict=True):
         of_grid, at = smooth_derivatives(grid, values, cutoff)[1:], time_s[part]

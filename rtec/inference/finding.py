@@ -108,7 +108,8 @@ def approximated(found: Finding) -> Finding:
     to be approximate.
     """
     search, gate = found.search, found.search.gate
-    while found.searched:
+    changes = any(effect.builds_on for effect, _ in found.model.choices if isinstance(effect, Probe))
+    while found.searched and not changes:
         # a probe stands for what is missing, as long as nothing has a name for it
         base = search.judge.score([c for c in found.model.choices if not isinstance(c[0], Probe)], found.model)
         before, names = found.rms_heldout(base), Counter(base.names)
@@ -117,7 +118,7 @@ def approximated(found: Finding) -> Finding:
             new = list((Counter(other.names) - names).elements())
             if len(new) == 1 and not names - Counter(other.names) and other.score > base.score + WORTH:
                 k = other.choices.index(newly(other, base, new[0]))
-                if not isinstance(other.choices[k][0], Probe) and gate.is_sound_but_for_form(other, k):
+                if not isinstance(other.choices[k][0], Probe) and gate.is_nearly_gated(other, k):
                     nearly.append((found.rms_heldout(other), new[0], other))
         error, name, model = min(nearly, key=lambda one: one[0], default=(before, "", base))
         if error > (1.0 - PREDICTS) * before or _rises(found, base, model):

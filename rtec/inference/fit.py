@@ -299,11 +299,18 @@ def shapes_found(judge: Judge, terms: Sequence[Term]) -> Scored:
     """Return a model with a shape for each term: its own, or the best of its scan beside those known already.
 
     Effects without shape parameters are known from the start, wherever they stand. Each shape found is looked for
-    once more when all others are known: the first was found while what these explain still stood in its way.
+    once more when all others are known: the first was found while what these explain still stood in its way. Of
+    several, the first may be the last.
     """
+    unknown = [k for k, term in enumerate(terms) if term.shape is None and term.effect.shape_type is not Shape]
+    orders = [unknown] if len(unknown) < 2 else [unknown, unknown[::-1]]
+    return max((_looked_for(judge, terms, order) for order in orders), key=lambda model: model.score)
+
+
+def _looked_for(judge: Judge, terms: Sequence[Term], unknown: Sequence[int]) -> Scored:
+    """Return a model whose unknown shapes were looked for in an order."""
     shapes = [Shape() if term.effect.shape_type is Shape else term.shape for term in terms]
-    unknown = [k for k, shape in enumerate(shapes) if shape is None]
-    for k in unknown + unknown * (len(terms) > 1):
+    for k in [*unknown, *unknown] if len(terms) > 1 else unknown:
         effect = terms[k].effect
         known = [
             (t.effect, s) for i, (t, s) in enumerate(zip(terms, shapes, strict=True)) if i != k and s is not None

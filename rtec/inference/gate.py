@@ -104,13 +104,19 @@ class Gate:
         crowded = effect.crowded(self.space.dataset.conditions, shape, others, finest)
         yield from (why for why in (crowded, self.implausible(model, k), self.misnamed(model, k)) if why is not None)
 
-    def is_sound_but_for_form(self, model: Scored, k: int) -> bool:
-        """Return whether nothing but its form speaks against an effect of a model."""
+    def is_nearly_gated(self, model: Scored, k: int) -> bool:
+        """Return whether only its form speaks against effect ``k`` of a model, and nothing against the others."""
         effect, shape = model.choices[k]
         # a map of a force follows whatever a motion lacks at its places
         follows_all = effect.is_map and effect.observable is Observable.DRIVE
         formal = any(self.of_form(model, k)) and effect.doubtful(self.space.dataset.conditions, shape) is None
-        return formal and not follows_all and not any(self._beside_form(model, k))
+        others = (i for i in range(len(model.choices)) if i != k)
+        return (
+            formal
+            and not follows_all
+            and not any(self._beside_form(model, k))
+            and all(self.why_not(model, i) is None for i in others)
+        )
 
     def _objections(self, model: Scored, k: int) -> Iterator[str]:
         """Yield what speaks against an effect of a model, what is cheap to find out first."""
