@@ -57,8 +57,8 @@ def is_coloured(judge: Judge, model: Scored) -> bool:
     return mean > max(CORRELATED, BY_CHANCE / float(np.sqrt(len(LAGS) * left.size)))
 
 
-def floor_is_reached(judge: Judge, model: Scored, floor: NoiseFloor) -> bool:
-    """Return whether repeats tell noise well enough to say that nothing else is left."""
+def knows_the_floor(judge: Judge, model: Scored, floor: NoiseFloor) -> bool:
+    """Return whether repeats tell the noise well, so that a residual can be judged by it."""
     return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(judge, model)
 
 
@@ -83,7 +83,8 @@ def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ..
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
     if left <= ROUNDING * float(np.std(search.space.dataset.observed)):
         return ()
-    if floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and left > REACHED * floor.sigma > 0.0:
+    # noise that wanders differs more between runs than the repeats that are left when its course is taken off
+    if knows_the_floor(search.judge, model, floor) and left > REACHED * floor.sigma > 0.0:
         found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
     if (c.moving or c.time_is_coordinate) and is_coloured(search.judge, model):
         length = model.colour.length

@@ -151,7 +151,8 @@ class Exchanges:
                 continue
             back = beside(space, [one for i, one in enumerate(model.choices) if i != k], model.colour.bounded)
             others = (s for s in peaks(space, effect, back, model.colour.bounded) if isinstance(s, WavesShape))
-            far = [s.period for s in others if effect.crowded(c, s, [shape]) is None][:ALIASES]
+            far = [s.period for s in others if effect.crowded(c, s, [shape]) is None]
+            far = [period for period in far if abs(1.0 / period - 1.0 / shape.period) * c.span > 1.0][:ALIASES]
             for period in far if model.choices[k] not in self.neighbours.given else ():
                 trial = refine(self.judge, (effect, replace(shape, period=period)), back, model.colour.bounded)
                 if self.judge.score(replaced(model, k, trial), model).score > model.score - apart:

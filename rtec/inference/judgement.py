@@ -35,7 +35,7 @@ from rtec.inference.chessboard import HELD_OUT_BY
 from rtec.inference.completeness import (
     OUTSIDE,
     OUTSIDE_WITH_SIGNS,
-    floor_is_reached,
+    knows_the_floor,
     nearly_right,
     signs_of,
     unknown_by,
@@ -108,7 +108,7 @@ def judged(found: Finding) -> Diagnosis:
     aliases = search.exchanges.aliases(model, EQUAL)
     return Diagnosis(
         verdict=_verdict(
-            unknown, bool(tied or aliases) and named, named, floor_is_reached(judge, model, floor), doubtful
+            unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful
         ),
         dataset=dataset,
         heldout=found.heldout,

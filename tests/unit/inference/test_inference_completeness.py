@@ -7,7 +7,7 @@ import pytest
 from inference_oracle import SIGMA, measured
 
 from rtec.effects import CyclicShape, Shape, effect_named
-from rtec.inference.completeness import floor_is_reached, signs_of
+from rtec.inference.completeness import knows_the_floor, signs_of
 from rtec.inference.diagnose import diagnose
 from rtec.inference.noise import noise_floor
 from rtec.inference.results import Verdict
@@ -50,12 +50,12 @@ def test_a_floor_of_few_repeats_or_beside_slow_noise_is_none():
     judge = Judge(Space(measured(TILTED)))
     model = judge.score(FULL)
     floor = noise_floor(judge, model)
-    assert floor_is_reached(judge, model, floor)
-    assert not floor_is_reached(judge, model, replace(floor, degrees_of_freedom=9.0))
-    assert not floor_is_reached(judge, model, replace(floor, from_repeats=False))
+    assert knows_the_floor(judge, model, floor)
+    assert not knows_the_floor(judge, model, replace(floor, degrees_of_freedom=9.0))
+    assert not knows_the_floor(judge, model, replace(floor, from_repeats=False))
     slow = Judge(Space(measured(TILTED, rho=0.9, white=0.1)))
     model = slow.score(FULL)
-    assert not floor_is_reached(slow, model, noise_floor(slow, model))
+    assert not knows_the_floor(slow, model, noise_floor(slow, model))
 
 
 def test_beside_noise_that_wanders_an_effect_is_likely_and_not_named():
