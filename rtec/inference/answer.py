@@ -348,8 +348,11 @@ def adjusted_p(judge: Judge, model: Scored, k: int) -> float:
     return chance(judge, others, model.choices[k], model)
 
 
-def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored) -> float:
-    """Return the adjusted probability of what one effect explains beside others, under a model's noise."""
+def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored, *, chosen: bool = True) -> float:
+    """Return the probability of what one effect explains beside others, under a model's noise.
+
+    It is adjusted for all from which the effect and its shape were chosen, unless they were given.
+    """
     space = judge.space
     columns = space.white(space.part_of(choice), model.colour)
     back = beside(space, others, model.colour)
@@ -357,7 +360,7 @@ def chance(judge: Judge, others: Sequence[Choice], choice: Choice, model: Scored
     q = columns.shape[0]
     below = max(space.dataset.rows - back.basis.shape[0] - q, 1)  # the constant is in the basis
     ratio = (fall / q) / max((back.rss - fall) / below, 1e-300)
-    return float(min(1.0, fdtrc(q, below, ratio) * np.exp(judge.price(choice))))
+    return float(min(1.0, fdtrc(q, below, ratio) * np.exp(judge.price(choice) if chosen else 0.0)))
 
 
 def wrong_signs(search: Search, model: Scored) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from rtec.inference.answer import (
     LEVEL,
     Rivalry,
     at_ends,
+    chance,
     is_given,
     rivalries,
     shared,
@@ -56,6 +57,7 @@ from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
 from rtec.inference.scored import Scored
+from rtec.inference.space import Choice
 
 HARD_TO_SEE = 3.0
 """Where half of the effects have to exceed so many noise floors to be seen, nothing found means little."""
@@ -225,6 +227,11 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
         for what, end in at_ends(found.search, choice)
     ]
     notes += _limits(found)
+    notes += [
+        f"{choice[0].name}, which was given, explains no more than noise does here (p {p:.2g}): it may not be there"
+        for choice in found.search.given
+        if (p := _chance_of_given(found, choice)) >= LEVEL
+    ]
     colour = found.model.colour
     if not floor.from_repeats:
         notes.append("no condition was repeated: there is no noise floor to judge the residual by")
@@ -242,6 +249,12 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
         if name in known and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
     ]
     return tuple(notes)
+
+
+def _chance_of_given(found: Finding, choice: Choice) -> float:
+    """Return the probability that noise explains as much as an effect of the model given, beside the others."""
+    others = [other for other in found.model.choices if other != choice]
+    return chance(found.search.judge, others, choice, found.model, chosen=False)
 
 
 def _limits(found: Finding) -> list[str]:

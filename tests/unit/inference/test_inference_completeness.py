@@ -9,6 +9,7 @@ from inference_oracle import SIGMA, measured
 from rtec.effects import CyclicShape, Shape, effect_named
 from rtec.inference.completeness import knows_the_floor, signs_of
 from rtec.inference.diagnose import diagnose
+from rtec.inference.model import Model, Term
 from rtec.inference.noise import noise_floor
 from rtec.inference.results import Verdict
 from rtec.inference.scored import Judge
@@ -91,3 +92,11 @@ def test_a_map_that_swings_is_told_as_approximate():
     found = diagnose(measured(lambda x, way, t, run: curve(x) + 0.004 * way, targets=61, runs=3))
     assert found.approximate == ("pitch_map",) and found.verdict is Verdict.UNKNOWN
     assert found.rms_after < 2.0 * SIGMA
+
+
+@pytest.mark.parametrize(("size", "doubted"), [(0.0, True), (0.004, False)])
+def test_what_was_given_is_tested_too(size, doubted):
+    data = measured(lambda x, way, t, run: TILTED(x, way, t, run) + size * np.sin(2 * np.pi * x / 47.0))
+    given = Model(observe="deviation", units=data.units, terms=(Term(effect=CYCLIC, shape=CyclicShape(47.0, 1)),))
+    found = diagnose(data, given)
+    assert any("cyclic, which was given, explains no more than noise" in note for note in found.notes) is doubted

@@ -297,7 +297,7 @@ def test_correlated_noise_of_a_log_is_no_structure_that_repeats(tmp_path, rho):
     assert result.effects == ()
     assert result.verdict in (Verdict.NONE, Verdict.INCONCLUSIVE)
     if rho < 0.99:  # slower noise makes such bumps by itself
-        bump = strokes(tmp_path, rho, lambda x: 3.0 * (abs(x - 47.0) < 4.0))
+        bump = strokes(tmp_path, rho, lambda x: 4.0 * (abs(x - 47.0) < 4.0))
         assert diagnose(load_dataset(bump)).verdict is Verdict.UNKNOWN
 
 
