@@ -11,8 +11,8 @@ from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with
 from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
 
-FAR = 0.5
-"""Spans beyond the axis from which on a fixed point is none: what moves nearly alike everywhere is a shift."""
+FAR = 2.0
+"""Spans beyond the axis from which on a fixed point is none: what moves alike everywhere is a shift."""
 
 
 def beyond_the_axis(conditions: Conditions, amplitudes: Floats) -> str | None:
