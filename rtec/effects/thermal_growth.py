@@ -22,7 +22,7 @@ def beyond_the_axis(conditions: Conditions, amplitudes: Floats) -> str | None:
     --------
     >>> x = np.array([0.0, 1000.0])
     >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64))
-    >>> beyond_the_axis(c, np.array([1e-5, -2e-3])), beyond_the_axis(c, np.array([1e-5, -0.02]))
+    >>> beyond_the_axis(c, np.array([1e-5, -2e-3])), beyond_the_axis(c, np.array([1e-5, -0.05]))
     (None, 'its fixed point would lie beyond the axis')
     """
     growth, at_zero = amplitudes.tolist()

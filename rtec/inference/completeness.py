@@ -12,6 +12,7 @@ from scipy.special import fdtrc
 
 from rtec.effects import Floats, Shape, WavesShape, effect_named
 from rtec.effects.protocol import own_shape
+from rtec.inference.leftover import OF_EXPLAINED_IN_MOTION
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.search import Search
@@ -81,12 +82,13 @@ def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ..
     c = search.space.dataset.coordinates
     found = []
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
-    if left <= ROUNDING * float(np.std(search.space.dataset.observed)):
+    in_time = c.moving or c.time_is_coordinate
+    if left <= (OF_EXPLAINED_IN_MOTION if in_time else ROUNDING) * float(np.std(search.judge.fit(model).effects())):
         return ()
     # noise that wanders differs more between runs than the repeats that are left when its course is taken off
     if knows_the_floor(search.judge, model, floor) and left > REACHED * floor.sigma > 0.0:
         found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
-    if (c.moving or c.time_is_coordinate) and is_coloured(search.judge, model):
+    if in_time and is_coloured(search.judge, model):
         length = model.colour.length
         found.append(Sign("time", f"the residual is correlated over about {length:.0f} readings"))
     found += _trends(search.judge, model)

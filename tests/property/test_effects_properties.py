@@ -16,6 +16,7 @@ from rtec.effects.run_offset import RunShape
 from rtec.effects.stribeck import StribeckShape
 from rtec.effects.thermal_growth import GrowthShape
 from rtec.effects.warm_up import WarmShape
+from rtec.effects.warm_up_growth import WarmGrowthShape
 from rtec.effects.windup import WindupShape
 
 SensorShape = effect_named("refraction").shape_type
@@ -26,7 +27,7 @@ SHAPES = {
     "thermal_growth": GrowthShape("screw"),
     "thermal_shift": HeatShape("screw"),
     "warm_up": WarmShape(300.0),
-    "warm_up_growth": WarmShape(300.0),
+    "warm_up_growth": WarmGrowthShape(300.0),
     "run_offset": RunShape((1, 2, 3)),
     "reversal_spike": SpikeShape(7.0),
     "refraction": SensorShape("screw"),
