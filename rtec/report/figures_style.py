@@ -134,6 +134,11 @@ def _lay_out(figure: Figure) -> None:
     for axes in figure.axes:
         left, bottom, width, height = (round(float(edge), 6) for edge in axes.get_position().bounds)
         axes.set_position((left, bottom, width, height))
+
+
+def _draw_clouds_as_pixels(figure: Figure) -> None:
+    """Let an SVG hold a cloud of very many dots as a picture of it."""
+    for axes in figure.axes:
         for line in axes.lines:
             if line.get_linestyle() == "None" and np.size(line.get_xdata()) > _MOST_SHAPES:
                 line.set_rasterized(True)
@@ -141,6 +146,7 @@ def _lay_out(figure: Figure) -> None:
 
 def _file_of(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a file, without a date."""
+    _draw_clouds_as_pixels(figure)
     metadata: dict[str, dict[str, str | None]] = {
         ".svg": {"Date": None, "Creator": "rtec"},
         ".png": {"Software": None, "Description": _titles(figure)},
