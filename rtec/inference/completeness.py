@@ -65,7 +65,7 @@ def knows_the_floor(judge: Judge, model: Scored, floor: NoiseFloor) -> bool:
 
 def nearly_right(name: str) -> Sign:
     """Return the sign that an effect is approximate."""
-    return Sign(effect_named(name).over.value, f"what is there resembles {name}, but has not quite its form")
+    return Sign(effect_named(name).over.value, f"what is there resembles {name}, but does not quite have its form")
 
 
 def unknown_by(signs: Sequence[Sign]) -> Unknown:
