@@ -70,6 +70,7 @@ class Terminal:
             self.type("\x1b[A\r")
             if (line := self.line()).strip():
                 return line
+            time.sleep(0.05)  # they are loaded anew while nothing is typed
         return ""
 
     def wait_until(self, true):
