@@ -16,6 +16,8 @@ _FACTORS = {"mm": (1e3, 25.4, 10.0), "deg": (3600.0, 60.0, 10.0)}
 """By what units that are taken for each other differ; noise of two runs never differs by the first of them."""
 _MOST_RUNS = 24
 """Runs of which some are chosen to judge all by."""
+_MOST_PLACES = 200
+"""Places at which runs are compared: what goes wrong with a run goes wrong at all of them."""
 _FEWEST_FREE = 3
 """Degrees of freedom without which a run has no scatter."""
 _SUSPECT, _SURE, _ALIKE = 6.0, 10.0, 5.0
@@ -73,9 +75,11 @@ class _Runs:
     """Deviations of each run at each place and direction, as they are and changed; NaN where there is none."""
 
     def __init__(self, data: Dataset) -> None:
+        place = place_numbers(data.conditions.position)
+        if (step := int(place.max()) // _MOST_PLACES + 1) > 1:
+            data, place = data.alone(np.flatnonzero(place % step == 0)), place[place % step == 0]
         c = data.conditions
         way = np.zeros(data.rows, dtype=np.int64) if c.direction is None else np.sign(c.direction).astype(np.int64)
-        place = place_numbers(c.position)
         condition = pair_numbers(place, way)
         self.names, run = np.unique(c.run, return_inverse=True)
         rows = np.unique(condition, return_index=True)[1]
