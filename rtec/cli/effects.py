@@ -44,6 +44,7 @@ def effects(
 def _document(effect: Effect) -> dict[str, Any]:
     from rtec.effects import Observable, Units
     from rtec.effects.cards import LABELS
+    from rtec.inference.forms import forms_of
 
     units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
     card = effect.card
@@ -59,7 +60,7 @@ def _document(effect: Effect) -> dict[str, Any]:
             for rival in effect.rivals
         ],
         "contains": sorted(effect.contains),
-        "at_most": effect.at_most,
+        "at_most": forms_of(effect).at_most,
     }
 
 

@@ -59,13 +59,8 @@ class BuildsUp(ScannedEffect):
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return a build-up and none of it; of none every build-up, as beside other effects another may show."""
-        plain = self.plainer(shape)
+        plain = without_build_up(shape)
         return _build_ups(conditions, own_shape(shape, BuildUpShape)) if plain is None else [plain, shape]
-
-    def plainer(self, shape: Shape) -> Shape | None:
-        """Return friction that is there at once."""
-        own = own_shape(shape, BuildUpShape)
-        return replace(own, distance=0.0, carried=False) if own.distance > 0.0 else None
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the distance of build-up, where there is one."""
@@ -76,6 +71,12 @@ class BuildsUp(ScannedEffect):
         """Return the columns of several shapes, shape (shapes, 1, rows)."""
         way = self._needed(conditions.direction, "directions of motion")
         return _built_up(conditions, way, [own_shape(shape, BuildUpShape) for shape in shapes])[:, None, :]
+
+
+def without_build_up(shape: Shape) -> BuildUpShape | None:
+    """Return the friction that is there at once; None of one that is."""
+    own = own_shape(shape, BuildUpShape)
+    return replace(own, distance=0.0, carried=False) if own.distance > 0.0 else None
 
 
 def _build_ups(conditions: Conditions, shape: _B) -> list[_B]:

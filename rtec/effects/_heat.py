@@ -107,7 +107,6 @@ class FollowsHeat(Effect):
 
     over = Over.TEMPERATURE
     in_time = True
-    at_most = 3
     shape_type: ClassVar[type[HeatShape]]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
@@ -128,11 +127,3 @@ class FollowsHeat(Effect):
             return ()
         longest = LONGEST_LAG * float(np.ptp(conditions.path[0].clock))
         return (Tunable("lag", lag / 2.0, max(min(2.0 * lag, longest), lag)),)
-
-    def crowded(
-        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
-    ) -> str | None:
-        """Return why a second part cannot follow the same sensor."""
-        sensor = own_shape(shape, HeatShape).sensor
-        taken = any(own_shape(other, HeatShape).sensor == sensor for other in others)
-        return f"{sensor} is followed already" if taken else None

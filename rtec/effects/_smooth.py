@@ -12,13 +12,6 @@ FEWEST_NODES, MOST_NODES = 4, 24
 """A smooth curve is slower than a wave that could be named, of five cycles and more: what needs more is none."""
 NODES_A_TARGET = 0.6
 """At most: what is left of the targets has to show whether the map fits, and a wave is no smooth curve."""
-MOST_SWINGS = 4.0
-"""Of a smooth curve, in cycles over the span: curves that the lead of screws and the straightness of ways leave have
-one or two, and a wave of five cycles whose amplitude changes along the axis is none of them."""
-SWINGS_PLACES = 400
-"""At which the curve is looked at: many for each node."""
-UNBENT = 1e-20
-"""Share of a curve's mean square that may be left of a straight line."""
 TABLE_TARGETS = 12
 """With so few targets a node stands at each: a smooth function and a table cannot be told apart."""
 
@@ -63,24 +56,6 @@ def node_ladder(conditions: Conditions) -> list[tuple[float, ...]]:
     if 3 <= places.size <= TABLE_TARGETS:
         ladder.append(tuple(places.tolist()))
     return ladder
-
-
-def swings(nodes: Sequence[float], values: Sequence[float] | Floats) -> float:
-    """Return how often a curve swings over its span, in cycles: the RMS frequency of what a straight line leaves.
-
-    Examples
-    --------
-    >>> round(swings(np.linspace(0.0, 1.0, 24), np.cos(np.linspace(0.0, 6.0 * np.pi, 24))), 1)
-    3.0
-    """
-    share = np.linspace(0.0, 1.0, SWINGS_PLACES)
-    at = nodes[0] + (nodes[-1] - nodes[0]) * share
-    curve = smooth_columns(at, nodes) @ np.asarray(values, dtype=np.float64)
-    rounding = UNBENT * float(np.mean(curve**2))
-    ends = np.column_stack([np.ones_like(share), share])
-    curve = curve - ends @ np.linalg.lstsq(ends, curve, rcond=None)[0]
-    size = float(np.mean(curve**2))
-    return float(np.sqrt(np.mean(np.gradient(curve, share) ** 2) / size) / (2.0 * np.pi)) if size > rounding else 0.0
 
 
 def node_names(nodes: Sequence[float]) -> list[str]:

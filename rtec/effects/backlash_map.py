@@ -71,7 +71,6 @@ class BacklashMap(PitchMap):
     name = "backlash_map"
     shape_type = ReversalMapShape
     contains = frozenset({"backlash", "windup"})
-    joins = frozenset({"pitch_map"})
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map of the reversal error, or None."""
@@ -89,11 +88,6 @@ class BacklashMap(PitchMap):
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return maps of few to many nodes of the same approaches."""
         return [replace(own_shape(shape, ReversalMapShape), nodes=nodes) for nodes in node_ladder(conditions)]
-
-    def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
-        """Return the one-sided maps: where one approach is right, a map of the axis had half of the other's error."""
-        own = own_shape(shape, ReversalMapShape)
-        return [replace(own, forward_right=right, backward_right=not right) for right in (True, False)]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the splines times half of the direction, shape (rows, nodes)."""

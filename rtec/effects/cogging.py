@@ -8,14 +8,12 @@ import numpy as np
 
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
-from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.frequency_grid import SAME_PERIOD, frequencies, stated_periods
+from rtec.effects.conditions import Conditions
+from rtec.effects.frequency_grid import frequencies, stated_periods
 from rtec.effects.protocol import Observable, Shape, own_shape
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
-FEWEST_A_TURN = 3
-"""Poles and slots that a motor has at least, together."""
 MOST_HARMONICS = 12
 """Magnets and slots give more of them than a screw does."""
 
@@ -39,7 +37,6 @@ class Cogging(Waves, Periodic):
 
     name = "cogging"
     observable = Observable.DRIVE
-    at_most = 4
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""
@@ -50,10 +47,3 @@ class Cogging(Waves, Periodic):
         """Return families of harmonics that hold the wave found, of whole cycles a turn where that is possible."""
         found = families(conditions, 1.0 / own_shape(shape, WavesShape).period, PARTS, MOST_HARMONICS)
         return [WavesShape(1.0 / base, harmonics) for base, harmonics in found]
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no cogging: magnets and teeth come many times a turn, a weight comes once."""
-        own, turn = own_shape(shape, WavesShape), conditions.revolution
-        if turn is not None and own.period > turn / FEWEST_A_TURN * (1.0 + SAME_PERIOD):
-            return "it comes once or twice a turn, as a weight does"
-        return super().implausible(conditions, shape, amplitudes)

@@ -24,9 +24,7 @@ class Cosine(Effect):
     """
 
     name = "cosine"
-    is_adjective = True
     amplitude_per = Per.LENGTH
-    never_ranked = True
     data_checks = (one_place,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

@@ -76,9 +76,7 @@ class Cyclic(Periodic):
     """
 
     name = "cyclic"
-    is_adjective = True
     shape_type = CyclicShape
-    at_most = 3
     contains = frozenset({"eccentricity", "interpolation"})
 
     def untestable(self, conditions: Conditions) -> str | None:
@@ -124,14 +122,6 @@ class Cyclic(Periodic):
             first = first[_away(first, own) < AROUND]
         return [*found, *_steps_at(replace(own, period=turn), first)]
 
-    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the family with its step in every gap near the one where it was found."""
-        own = own_shape(shape, CyclicShape)
-        if own.step_at == 0.0:
-            return ()
-        middles, _ = _gaps(conditions, own.period)
-        return _steps_at(own, middles[_away(middles, own) < 1.0 / STRETCHES])
-
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the period, but of a wave with a step: its turn is stated."""
         return () if own_shape(shape, CyclicShape).step_at > 0.0 else super().tunables(conditions, shape)
@@ -141,11 +131,6 @@ class Cyclic(Periodic):
         own = own_shape(shape, CyclicShape)
         periods = super().tried(conditions, replace(own, step_at=0.0))
         return periods if own.step_at == 0.0 else periods * STRETCHES
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why the waves are no family of their period; a step says nothing of that."""
-        own = own_shape(shape, CyclicShape)
-        return super().implausible(conditions, shape, amplitudes[: own.waves])
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return sine and cosine of each harmonic, then each times the direction, then the step.
@@ -209,6 +194,15 @@ def _way_summary(
     turn = sawtooth(np.arange(POINTS_A_PERIOD, dtype=np.float64) * (shape.period / POINTS_A_PERIOD), shape)
     rise = (f"step{suffix}", float(steps[0]) * factor, unit)
     return (rise, *harmonic_summary(waves, units, suffix, beside=float(steps[0]) * turn))
+
+
+def closer_steps(conditions: Conditions, shape: Shape) -> Sequence[CyclicShape]:
+    """Return a family with its step in every gap near the one where it was found."""
+    own = own_shape(shape, CyclicShape)
+    if own.step_at == 0.0:
+        return ()
+    middles, _ = _gaps(conditions, own.period)
+    return _steps_at(own, middles[_away(middles, own) < 1.0 / STRETCHES])
 
 
 def _gaps(conditions: Conditions, period: float) -> tuple[Floats, Floats]:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from rtec.effects._harmonics import Waves, WavesShape
-from rtec.effects._periodic import LEAST_FUNDAMENTAL, WAVES_A_TARGET
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects._periodic import WAVES_A_TARGET
+from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import resolved_harmonics
 from rtec.effects.protocol import Quantity, Shape, own_shape, parameter
 
@@ -78,10 +76,3 @@ class Eccentricity(Waves):
         few = int(WAVES_A_TARGET * conditions.places.size) // 2
         most = max(1, min(whole, few, resolved_harmonics(conditions, turn)))
         return [EccentricityShape(turn, harmonics) for harmonics in range(1, most + 1)]
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no eccentricity: the wave that a disc off centre gives hardly takes part."""
-        size = np.hypot(amplitudes[::2], amplitudes[1::2])
-        if size[0] >= LEAST_FUNDAMENTAL * size.max():
-            return None
-        return "a disc off centre gives one wave a turn first, and two are stronger here"

@@ -66,10 +66,6 @@ class Gravity(Effect):
         span = conditions.span
         return None if span >= LEAST_SPAN_DEG else f"the axis turns by {span:.3g} deg only: {LEAST_SPAN_DEG:g} needed"
 
-    def ranked(self, conditions: Conditions) -> bool:
-        """Return whether it can be told from a constant force."""
-        return conditions.position_unit != "mm"
-
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the richest form that the data can show, in which the other lies."""
         return self.variants(conditions, GravityShape())[-1:]

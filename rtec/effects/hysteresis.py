@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,10 +74,6 @@ class Hysteresis(ScannedEffect):
         """Return the distance, free by a half."""
         distance = own_shape(shape, HysteresisShape).distance
         return (Tunable("distance", min(max(distance / 1.5, _least(conditions)), distance), distance * 1.5),)
-
-    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
-        """Return that beside a wind-up it is one of two names for the same springs."""
-        return "it is what the wind-up beside it is, with more memory" if "windup" in others else None
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""

@@ -42,7 +42,6 @@ class Interpolation(Waves):
     """
 
     name = "interpolation"
-    is_adjective = True
     shape_type = InterpolationShape
 
     def untestable(self, conditions: Conditions) -> str | None:

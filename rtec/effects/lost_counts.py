@@ -18,7 +18,6 @@ DENSEST = 0.1
 """Of the readings to the nearer end, how far apart moments to try may lie: a cosine of 0.97 between them."""
 MOST_MOMENTS = 1000
 MOST_NEARBY = 64
-GRADUAL = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,6 @@ class LostCounts(ScannedEffect):
     over = Over.TIME
     shape_type = StepShape
     in_time = True
-    at_most = 3
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
@@ -72,17 +70,6 @@ class LostCounts(ScannedEffect):
         if near.size > MOST_NEARBY:
             near = near[np.linspace(0, near.size - 1, MOST_NEARBY).astype(np.int64)]
         return sorted({shape, *(StepShape(moment) for moment in near.tolist())}, key=_moment)
-
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return why a change that takes its time is no loss of counts."""
-        return None if own_shape(shape, StepShape).over == 0.0 else "counts are lost at a moment, not over a while"
-
-    def softer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the same step spread over a fiftieth of a log: what wanders slowly there passes for a step, too."""
-        if not conditions.moving:
-            return ()
-        over = GRADUAL * float(np.ptp(conditions.clock))
-        return (StepShape(_moment(shape) - over / 2.0, over),)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several moments, shape (shapes, 1, rows)."""

@@ -23,7 +23,6 @@ class Offset(Effect):
     """
 
     name = "offset"
-    is_datum = True
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return a column of ones, shape (rows, 1)."""

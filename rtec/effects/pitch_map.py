@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects._smooth import MOST_SWINGS, TABLE_TARGETS, node_ladder, node_names, smooth_columns, swings
+from rtec.effects._smooth import node_ladder, node_names, smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
 
@@ -46,11 +46,6 @@ class PitchMap(Effect):
     is_map = True
     contains = frozenset({"offset", "scale", "cosine", "cyclic", "interpolation"})
 
-    def finest(self, shape: Shape) -> float:
-        """Return the shortest wave that the nodes draw: of two of their steps."""
-        nodes = own_shape(shape, MapShape).nodes
-        return 2.0 * (nodes[-1] - nodes[0]) / (len(nodes) - 1)
-
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:
@@ -73,14 +68,6 @@ class PitchMap(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the splines that are 1 at one node, shape (rows, nodes)."""
         return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes)
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no map, or None: many nodes follow a wave whose amplitude changes along the axis."""
-        nodes = own_shape(shape, MapShape).nodes
-        cycles = swings(nodes, amplitudes)
-        if cycles <= MOST_SWINGS or len(nodes) <= TABLE_TARGETS:  # so few nodes are a table
-            return None
-        return f"it changes as fast as a wave of {cycles:.0f} cycles along the axis, whose amplitude changes"
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         """Return the value at each node."""

@@ -200,8 +200,6 @@ class Effect(abc.ABC):
 
     name: str
     observable: ClassVar[Observable] = Observable.DEVIATION
-    is_adjective: ClassVar[bool] = False
-    """Its name says of what kind an error is: in a sentence ``error`` follows it."""
     shape_type: ClassVar[type[Shape]] = Shape
     amplitude: ClassVar[str] = ""
     """Name of its only amplitude; empty: that of the effect."""
@@ -209,8 +207,6 @@ class Effect(abc.ABC):
     """What its only amplitude goes with."""
     over: ClassVar[Over] = Over.POSITION
     """What a picture shows it over."""
-    grows_with_position: ClassVar[bool] = False
-    """Proportional to position, too: a picture shows the near and the far end apart."""
     contains: ClassVar[frozenset[str]] = frozenset()
     """Simpler effects that are special cases of this one: where they explain the data, they win."""
     data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
@@ -220,20 +216,12 @@ class Effect(abc.ABC):
     """Amplitudes cannot be below zero (friction, inertia)."""
     in_time: bool = False
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""
-    at_most: ClassVar[int] = 1
-    """How many of it a model may hold (several families of periods, steps at several moments)."""
     is_map: ClassVar[bool] = False
     """A smooth function of position; how many nodes it has is chosen by what they explain."""
-    is_datum: ClassVar[bool] = False
-    """A constant, which beside anything else only says where the instrument was set to zero."""
     is_wave: ClassVar[bool] = False
     """Periodic in position: a decimated log shows it at its rows as well as at every sample."""
     builds_on: frozenset[str] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
-    joins: ClassVar[frozenset[str]] = frozenset()
-    """Other effects with which it may be one: each has a part of what one cause does."""
-    never_ranked: ClassVar[bool] = False
-    """No score test ranks it: it is not identifiable from another effect, or is found by other means than columns."""
 
     @property
     def card(self) -> Card:
@@ -254,10 +242,6 @@ class Effect(abc.ABC):
         """Return why the data cannot show this effect, or None where they can."""
         return next((why for check in self.data_checks if (why := check(conditions)) is not None), None)
 
-    def ranked(self, conditions: Conditions) -> bool:
-        """Return whether a search over these data ranks it; else it is listed beside what it is confounded with."""
-        return not self.never_ranked
-
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the scan grid: shapes close enough together that none between them is missed."""
         return (self.shape_type(),)
@@ -265,55 +249,6 @@ class Effect(abc.ABC):
     def tried(self, conditions: Conditions, shape: Shape) -> float:
         """Return from how many shapes one like ``shape`` is chosen, which is what its choice costs a model."""
         return float(len(self.shapes(conditions)))
-
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return why these data cannot bear out a shape, however well it fits; None where they can."""
-        return None
-
-    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return doubtful shapes that compete all the same: where one fits, no other effect is sure."""
-        return ()
-
-    def finest(self, shape: Shape) -> float:
-        """Return the shortest wave that the nodes of a map draw, in the unit of position; infinite for no map."""
-        return np.inf
-
-    def crowded(
-        self, conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float = np.inf
-    ) -> str | None:
-        """Return why a shape cannot stand beside others of the same effect, and a map; None where it can."""
-        return None
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no such effect, whatever it explains; None where it may be one."""
-        return None
-
-    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
-        """Return why a fit has another name beside ``others``, amplitudes by the names of effects; None as a rule."""
-        return None
-
-    def softer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the same change spread over a while, which a sudden one has to outdo; none where none is."""
-        return ()
-
-    def plainer(self, shape: Shape) -> Shape | None:
-        """Return the form without what a shape adds, which it has to outdo on readings held out; None as a rule."""
-        return None
-
-    def regrouped(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return shapes that hold a part of this one, in other company: single harmonics of a family, and theirs."""
-        return ()
-
-    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return shapes beside one of those variants that stand for many; none as a rule."""
-        return ()
-
-    def joined(self, conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
-        """Return shapes that hold both of two, which one cause may have; none as a rule.
-
-        The other is of the same effect, or of one in ``joins``.
-        """
-        return ()
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return simpler and richer forms around the best of the scan (harmonics, nodes, directions)."""

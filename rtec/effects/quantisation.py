@@ -40,7 +40,6 @@ class Quantisation(Effect):
 
     name = "quantisation"
     shape_type = QuantisationShape
-    never_ranked = True
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return round steps that the positions show, from a hundred thousandth of the span to half a gap."""

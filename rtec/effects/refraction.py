@@ -95,7 +95,6 @@ class Refraction(Effect):
     """
 
     name = "refraction"
-    grows_with_position = True
     over = Over.TEMPERATURE
     shape_type = SensorShape
     in_time = True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
-from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances, opposed, unseen_distances
+from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +43,6 @@ class ReversalSpike(AfterReversal):
     amplitude = "spike"
     shape_type = SpikeShape
 
-    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return what may lie between too few readings after reversals."""
-        return [SpikeShape(distance) for distance in unseen_distances(conditions)]
-
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""
         gone = distances(conditions)
@@ -59,12 +55,6 @@ class ReversalSpike(AfterReversal):
         distance = own_shape(shape, SpikeShape).distance
         top = max(conditions.span / 5, distance)
         return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)
-
-    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
-        """Return that beside a reversal error of the other sign the curve grows, and is a wind-up."""
-        if "windup" in others:
-            return "beside a wind-up it is a backlash"
-        return "beside this backlash it is a wind-up" if opposed(amplitudes, others) else None
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""

@@ -22,7 +22,6 @@ class Scale(Effect):
     """
 
     name = "scale"
-    is_adjective = True
     amplitude_per = Per.LENGTH
 
     def untestable(self, conditions: Conditions) -> str | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.effects._build_up import BuildsUp, BuildUpShape
+from rtec.effects._build_up import BuildsUp, BuildUpShape, without_build_up
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, no_speed, one_way
 from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
@@ -67,12 +67,8 @@ class Stribeck(BuildsUp):
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return a build-up and none of it."""
-        plain = self.plainer(shape)
+        plain = without_build_up(shape)
         return [shape] if plain is None else [plain, shape]
-
-    def closer(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return every build-up: where the friction is found, it is asked how it begins."""
-        return super().variants(conditions, shape)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the Stribeck speed, free by a half more or less, and a distance of build-up."""

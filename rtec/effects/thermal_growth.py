@@ -11,25 +11,6 @@ from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with
 from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
 
-FAR = 2.0
-"""Spans beyond the axis from which on a fixed point is none: what moves alike everywhere is a shift."""
-
-
-def beyond_the_axis(conditions: Conditions, amplitudes: Floats) -> str | None:
-    """Return why a growth and its shift at position zero are no growth about a fixed point, or None.
-
-    Examples
-    --------
-    >>> x = np.array([0.0, 1000.0])
-    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64))
-    >>> beyond_the_axis(c, np.array([1e-5, -2e-3])), beyond_the_axis(c, np.array([1e-5, -0.05]))
-    (None, 'its fixed point would lie beyond the axis')
-    """
-    growth, at_zero = amplitudes.tolist()
-    middle = (float(conditions.position.max()) + float(conditions.position.min())) / 2.0
-    off = abs(growth * middle + at_zero) / max(abs(growth), 1e-300)
-    return None if off <= (FAR + 0.5) * conditions.span else "its fixed point would lie beyond the axis"
-
 
 @dataclass(frozen=True, slots=True)
 class GrowthShape(HeatShape):
@@ -56,7 +37,6 @@ class ThermalGrowth(FollowsHeat):
     """
 
     name = "thermal_growth"
-    grows_with_position = True
     shape_type = GrowthShape
 
     def untestable(self, conditions: Conditions) -> str | None:
@@ -69,10 +49,6 @@ class ThermalGrowth(FollowsHeat):
         """Return the shape at once and with lags, fixed at zero and elsewhere."""
         own = GrowthShape(own_shape(shape, HeatShape).sensor)
         return [replace(one, elsewhere=away) for one in with_lags(conditions, own) for away in (False, True)]
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no growth: a fixed point far from the axis is that of a shift."""
-        return beyond_the_axis(conditions, amplitudes) if own_shape(shape, GrowthShape).elsewhere else None
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the rise of temperature, beside the rise where the fixed point is free."""

@@ -13,8 +13,6 @@ from rtec.effects.conditions import Conditions, Floats, too_few_moments
 from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
-TRANSIENT = 1 / 20
-"""Of a log in motion: what dies out in less is the transient of its start, no heat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +50,6 @@ class WarmUp(ScannedEffect):
         """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""
         lasted = float(np.ptp(conditions.clock))
         return [WarmShape(constant) for constant in ladder(lasted / 50, lasted / 2)] if lasted > 0 else []
-
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return why a course is too short for heat."""
-        brief = TRANSIENT * float(np.ptp(conditions.clock)) if conditions.moving else 0.0
-        short = own_shape(shape, WarmShape).time_constant < brief
-        return f"it dies out within {TRANSIENT:.0%} of the log, as a transient of its start does" if short else None
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return the time constant, free by a half more or less, up to what was measured."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
-from rtec.effects.thermal_growth import beyond_the_axis
 from rtec.effects.warm_up import WarmShape, WarmUp
 
 
@@ -37,7 +36,6 @@ class WarmUpGrowth(WarmUp):
     """
 
     name = "warm_up_growth"
-    grows_with_position = True
     amplitude = "growth"
     amplitude_per = Per.LENGTH
     shape_type = WarmGrowthShape
@@ -58,10 +56,6 @@ class WarmUpGrowth(WarmUp):
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         """Return the shape fixed at position zero, and elsewhere."""
         return [replace(own_shape(shape, WarmGrowthShape), elsewhere=away) for away in (False, True)]
-
-    def implausible(self, conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:
-        """Return why a fit is no growth: a fixed point far from the axis is that of a shift."""
-        return beyond_the_axis(conditions, amplitudes) if own_shape(shape, WarmGrowthShape).elsewhere else None
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several time constants, fixed at position zero, shape (shapes, 1, rows)."""

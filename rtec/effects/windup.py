@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -56,10 +56,6 @@ class AfterReversal(ScannedEffect):
     over = Over.REVERSAL
     data_checks = (too_sparse,)
 
-    def doubtful(self, conditions: Conditions, shape: Shape) -> str | None:
-        """Return that too few readings after reversals show what happens there, or None."""
-        return None if conditions.moving else too_sparse(conditions)
-
 
 class Windup(AfterReversal):
     """Half of a reversal error that has grown to 63 % one distance after the reversal.
@@ -84,10 +80,6 @@ class Windup(AfterReversal):
 
     name = "windup"
     shape_type = WindupShape
-
-    def suspects(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return what may lie between too few readings after reversals."""
-        return [WindupShape(d, carried) for d in unseen_distances(conditions) for carried in (False, True)]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""
@@ -124,14 +116,6 @@ class Windup(AfterReversal):
             if own.overshoot > 0.0
             else found
         )
-
-    def misnamed(self, shape: Shape, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
-        """Return that beside a reversal error of the other sign the curve falls, and is a spike."""
-        if "hysteresis" in others:
-            return "it is what the hysteresis beside it is, with less memory"
-        if "reversal_spike" in others:
-            return "beside a reversal spike it is a backlash"
-        return "beside this backlash it is a reversal spike" if opposed(amplitudes, others) else None
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
         """Return the columns of several distances, shape (shapes, 1, rows)."""
@@ -199,9 +183,3 @@ def distances(conditions: Conditions) -> Floats:
         return np.empty(0)
     gone = np.unique(np.round(conditions.since_reversal, 9))
     return gone[gone > 0]
-
-
-def opposed(amplitudes: Floats, others: Mapping[str, Floats]) -> bool:
-    """Return whether a reversal error has the other sign than the constant one beside it."""
-    beside = [values.mean() for name, values in others.items() if name in ("backlash", "backlash_map")]
-    return bool(beside) and float(amplitudes.mean()) * float(np.sum(beside)) < 0.0

@@ -10,10 +10,12 @@ import numpy as np
 from rtec.effects import Effect
 from rtec.inference.answer import LEVEL, Rivalry, chance
 from rtec.inference.finding import Finding
-from rtec.inference.gate import IN_DOUBT, WORTH
+from rtec.inference.forms import forms_of
+from rtec.inference.gate import IN_DOUBT
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Beside, Proposal, beside, orthonormal, proposals
 from rtec.inference.results import Candidate, Cosines, Step
+from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.search import Search
 from rtec.readable import quantity_text
@@ -77,7 +79,7 @@ def doubts_of(found: Finding) -> list[str]:
 def settling(found: Finding, name: str) -> str:
     """Return what would settle whether an effect in doubt is there."""
     effect, shape = _doubted(found.scout, name, found.scouted).choice
-    return effect.doubtful(found.scout.space.dataset.conditions, shape) or ""
+    return forms_of(effect).doubtful(found.scout.space.dataset.conditions, shape) or ""
 
 
 def _doubted(search: Search, name: str, model: Scored) -> Proposal:
@@ -87,7 +89,7 @@ def _doubted(search: Search, name: str, model: Scored) -> Proposal:
         (m for m in search.judge.seen.values() if name + IN_DOUBT in search.gate.called(m)), key=lambda m: m.score
     )
     own = [c for c in likeliest.choices if c[0].name == name and c not in search.given]
-    choice = next(c for c in own if c[0].doubtful(conditions, c[1]))
+    choice = next(c for c in own if forms_of(c[0]).doubtful(conditions, c[1]))
     return Proposal(choice, likeliest.score - model.score)
 
 
@@ -173,7 +175,7 @@ def cosines_of(found: Finding, proposed: Mapping[str, Proposal]) -> Cosines | No
     shapes |= {name: proposal.choice[1] for name, proposal in proposed.items()}
     names, bases = [], []
     for effect in search.space.library:
-        if effect.name in shapes and not isinstance(effect, Probe) and not effect.is_datum:
+        if effect.name in shapes and not isinstance(effect, Probe):
             basis = orthonormal(
                 search.space.view(found.model.colour).project(search.space.raw((effect, shapes[effect.name])))
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -15,7 +16,9 @@ from rtec.effects.protocol import own_shape
 from rtec.inference.leftover import OF_EXPLAINED_IN_MOTION
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.inference.scored import Judge, Scored
-from rtec.inference.search import Search
+
+if TYPE_CHECKING:
+    from rtec.inference.search import Search
 
 REACHED, ENOUGH = 1.3, 10
 """Noise floors that a complete model may leave, and the degrees of freedom from which on a floor is known so well."""
@@ -63,11 +66,6 @@ def knows_the_floor(judge: Judge, model: Scored, floor: NoiseFloor) -> bool:
     return floor.from_repeats and floor.degrees_of_freedom >= ENOUGH and not is_coloured(judge, model)
 
 
-def nearly_right(name: str) -> Sign:
-    """Return the sign that an effect is approximate."""
-    return Sign(effect_named(name).over.value, f"what is there resembles {name}, but does not quite have its form")
-
-
 def unknown_by(signs: Sequence[Sign]) -> Unknown:
     """Return what the signs say of the structure that is left."""
     depends = tuple(dict.fromkeys(sign.depends_on for sign in signs))
@@ -77,27 +75,43 @@ def unknown_by(signs: Sequence[Sign]) -> Unknown:
     )
 
 
-def signs_of(search: Search, model: Scored, floor: NoiseFloor) -> tuple[Sign, ...]:
-    """Return what speaks against the completeness of a model in which effects were found."""
-    c = search.space.dataset.coordinates
-    found = []
+def leaves_a_hair(search: Search, model: Scored) -> bool:
+    """Return whether what a model leaves is a hair of what it explains, which speaks against nothing."""
     left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
-    in_time = c.moving or c.time_is_coordinate
-    if left <= (OF_EXPLAINED_IN_MOTION if in_time else ROUNDING) * float(np.std(search.judge.fit(model).effects())):
-        return ()
+    hair = OF_EXPLAINED_IN_MOTION if _in_time(search) else ROUNDING
+    return left <= hair * float(np.std(search.judge.fit(model).effects()))
+
+
+def _in_time(search: Search) -> bool:
+    c = search.space.dataset.coordinates
+    return c.moving or c.time_is_coordinate
+
+
+def floor_missed(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
+    """Return the sign that a model leaves more than a noise floor that is known well."""
+    left = float(np.sqrt(np.mean(search.judge.left(model) ** 2)))
     # noise that wanders differs more between runs than the repeats that are left when its course is taken off
     if knows_the_floor(search.judge, model, floor) and left > REACHED * floor.sigma > 0.0:
-        found.append(Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor"))
-    if in_time and is_coloured(search.judge, model):
-        length = model.colour.length
-        found.append(Sign("time", f"the residual is correlated over about {length:.0f} readings"))
-    found += _trends(search.judge, model)
-    found += _beats(search, model)
-    return tuple(found)
+        return [Sign("time", f"the residual is {left / floor.sigma:.1f} times the noise floor")]
+    return []
 
 
-def _trends(judge: Judge, model: Scored) -> list[Sign]:
+def coloured(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
+    """Return the sign that what is left of a log, or in time, is correlated."""
+    if not _in_time(search) or not is_coloured(search.judge, model):
+        return []
+    return [Sign("time", f"the residual is correlated over about {model.colour.length:.0f} readings")]
+
+
+def nearly_right(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
+    """Return the signs that effects are approximate."""
+    text = "what is there resembles {}, but does not quite have its form"
+    return [Sign(effect_named(name).over.value, text.format(name)) for name in approximate]
+
+
+def trends(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
     """Return the curves that what is left, freed of its correlation, still follows."""
+    judge = search.judge
     c = judge.space.dataset.coordinates
     left = judge.space.view(model.colour).project(judge.left(model)[None, :])[0]
     left = left - left.mean()
@@ -136,7 +150,7 @@ def _curve(values: Floats) -> Floats:
     )
 
 
-def _beats(search: Search, model: Scored) -> list[Sign]:
+def beats(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
     """Return the waves found that are too close to each other to be two."""
     c = search.space.dataset.conditions
     waves = [_frequencies(s) for e, s in model.choices if e.is_wave and (e, s) not in search.given]

@@ -16,6 +16,7 @@ from rtec.inference.answer import probabilities, settled
 from rtec.inference.experiment import experiment_for_more
 from rtec.inference.finding import Finding
 from rtec.inference.fit import check_testable, fit_model, opened_model, residual_of
+from rtec.inference.forms import forms_of
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
 from rtec.inference.noise import noise_floor
@@ -221,7 +222,7 @@ def add(
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")
     start = Model(observe=dataset.observe, units=dataset.units) if model is None else model
-    if start.names.count(effect_name) >= effect.at_most:
+    if start.names.count(effect_name) >= forms_of(effect).at_most:
         allowed = f"an effect that the model does not hold yet ({', '.join(start.names)})"
         raise ArgumentError("EFFECT", effect_name, allowed)
     term = Term(effect=effect, shape=shape)

@@ -8,6 +8,7 @@ import numpy as np
 
 from rtec.effects._harmonics import WavesShape
 from rtec.effects.frequency_grid import is_uneven, stated_base
+from rtec.inference.forms import forms_of
 from rtec.inference.gate import Gate
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Neighbours, bearable, beside, peaks, refine
@@ -64,7 +65,7 @@ class Exchanges:
                 others = [s for i, (e, s) in enumerate(best.choices) if i != k and e is effect]
                 sound = [(effect, s) for s in forms if bearable(conditions, effect, s, others)]
                 moved = max([moved, *sound], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
-                near = [(effect, s) for s in effect.closer(conditions, moved[1])]
+                near = [(effect, s) for s in forms_of(effect).closer(conditions, moved[1])]
                 moved = max([moved, *near], key=lambda form: self.judge.quickly(replaced(best, k, form), best))
             if not effect.is_map:
                 rest = [choice for i, choice in enumerate(best.choices) if i != k]
@@ -107,7 +108,7 @@ class Exchanges:
         One that is the only one of its kind gives the rest to another, which the scan proposes.
         """
         effect, shape = model.choices[k]
-        shapes = effect.regrouped(self.judge.space.dataset.conditions, shape)
+        shapes = forms_of(effect).regrouped(self.judge.space.dataset.conditions, shape)
         if not shapes:
             return []
         trials = [replaced(model, k, (effect, other)) for other in shapes]
@@ -124,12 +125,12 @@ class Exchanges:
         What else the other did is left to whatever the scan proposes.
         """
         effect, shape = model.choices[k]
-        given = self.neighbours.given
+        given, forms = self.neighbours.given, forms_of(effect)
         trials = [
             [*(c for j, c in enumerate(model.choices) if j not in (k, i)), (effect, form)]
             for i, (other, theirs) in enumerate(model.choices)
-            if (other.name in effect.joins or (i > k and other is effect)) and model.choices[i] not in given
-            for form in effect.joined(self.judge.space.dataset.conditions, shape, theirs)
+            if (other.name == forms.joins or (i > k and other is effect)) and model.choices[i] not in given
+            for form in forms.joined(self.judge.space.dataset.conditions, shape, theirs)
         ]
         if not trials:
             return []
@@ -151,7 +152,7 @@ class Exchanges:
                 continue
             back = beside(space, [one for i, one in enumerate(model.choices) if i != k], model.colour.bounded)
             others = (s for s in peaks(space, effect, back, model.colour.bounded) if isinstance(s, WavesShape))
-            far = [s.period for s in others if effect.crowded(c, s, [shape]) is None]
+            far = [s.period for s in others if forms_of(effect).crowded(c, s, [shape], np.inf) is None]
             far = [period for period in far if abs(1.0 / period - 1.0 / shape.period) * c.span > 1.0][:ALIASES]
             for period in far if model.choices[k] not in self.neighbours.given else ():
                 trial = refine(self.judge, (effect, replace(shape, period=period)), back, model.colour.bounded)

@@ -14,10 +14,10 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape, effect_named
 from rtec.inference.answer import EQUAL, adjusted_p, newly
 from rtec.inference.fit import fitted_terms, holding_datum, residual_of, values_of
-from rtec.inference.gate import WORTH
 from rtec.inference.model import Model, Term
 from rtec.inference.probes import Probe
 from rtec.inference.results import Outlier, Step
+from rtec.inference.rules import WORTH
 from rtec.inference.scored import Scored
 from rtec.inference.search import Search
 from rtec.inference.space import Choice

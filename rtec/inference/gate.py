@@ -10,28 +10,23 @@ from scipy.special import logsumexp
 
 from rtec.effects import Floats, Observable
 from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between, held_out_residual
+from rtec.inference.forms import forms_of, is_asked
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import Neighbours, by_chance
-from rtec.inference.scored import Fit, Judge, Scored, replaced
+from rtec.inference.proposals import Neighbours
+from rtec.inference.rules import MATTERS, WORTH, Against, objections
+from rtec.inference.scored import Judge, Scored, replaced
 from rtec.inference.space import Space
 
-WORTH = 5.0
-"""Nats by which an effect has to raise the score before it enters: at 3.5 the prototype gave false names."""
 INSEPARABLE = 0.99
 """Cosine above which no search tells two effects apart on a plan: stricter than collinear, which is told."""
-SHARPER = 3.0
-"""Nats by which a sudden change has to be likelier than a gradual one."""
-MATTERS = 0.15
-"""Of what is left, that an effect's contribution has to have beside the others: less is of no interest."""
-MATTERS_IN_TIME = 2.0
-"""The same of a course in time without a name: noise that wanders has a slow half and a quick one, about as large. In
-50 games of noise alone such a course had up to 1.3 of what was left; weather that was hidden had 2.7 and more."""
 MATTERS_WITHOUT_REPEATS = 0.02
 """Of what there was at the start, where no floor says what is noise: in a smooth log the least is significant. So it
 is for effects in time in every log: a derived velocity is a little off where the motion begins."""
 NEGLIGIBLE = 9.0
 """Nats below the model found from which on another has no say in how sure its effects are."""
 IN_DOUBT = " in doubt"
+SOUND = Against.SIGN, Against.FORM, Against.EVIDENCE
+"""What speaks against none of the effects of a model that competes."""
 
 
 @dataclass(slots=True, eq=False)
@@ -65,9 +60,9 @@ class Gate:
         """Return the fall of the held-out error from one model to another."""
         return gain_between(self.judge, self.held_out(before), self.held_out(after), after, self.board)
 
-    def size(self, model: Scored, k: int, fit: Fit | None = None) -> float:
+    def size(self, model: Scored, k: int) -> float:
         """Return the RMS contribution of an effect beside the others, in units of what the model leaves."""
-        fit = self.judge.fit(model) if fit is None else fit
+        fit = self.judge.fit(model)
         added = fit.contribution(k)
         others = [part.raw for i, part in enumerate(fit.parts) if i != k]
         if self.space.has_datum:
@@ -88,64 +83,23 @@ class Gate:
 
     def why_not(self, model: Scored, k: int) -> str | None:
         """Return why an effect does not earn its place in a model, or None where it does."""
-        effect, shape = model.choices[k]
         if model.choices[k] in self.neighbours.given:
             return None
-        doubt = effect.doubtful(self.space.dataset.conditions, shape)
-        if isinstance(effect, Probe) and effect.in_time and self.size(model, k) < MATTERS_IN_TIME:
-            doubt = f"its contribution is below {MATTERS_IN_TIME:g} times the residual, as that of slow noise is"
-        return doubt or next(self._objections(model, k), None)
-
-    def of_form(self, model: Scored, k: int) -> Iterator[str]:
-        """Yield what speaks against the form of an effect of a model, however much it explains."""
-        effect, shape = model.choices[k]
-        others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
-        finest = min((e.finest(s) for e, s in model.choices if effect.name in e.contains), default=np.inf)
-        crowded = effect.crowded(self.space.dataset.conditions, shape, others, finest)
-        yield from (why for why in (crowded, self.implausible(model, k), self.misnamed(model, k)) if why is not None)
+        return next(objections(self, model, k, Against.DOUBT, *SOUND), None)
 
     def is_nearly_gated(self, model: Scored, k: int) -> bool:
         """Return whether only its form speaks against effect ``k`` of a model, and nothing against the others."""
-        effect, shape = model.choices[k]
+        effect, _ = model.choices[k]
         # a map of a force follows whatever a motion lacks at its places
         follows_all = effect.is_map and effect.observable is Observable.DRIVE
-        formal = any(self.of_form(model, k)) and effect.doubtful(self.space.dataset.conditions, shape) is None
+        formal = any(objections(self, model, k, Against.FORM)) and not any(objections(self, model, k, Against.DOUBT))
         others = (i for i in range(len(model.choices)) if i != k)
         return (
             formal
             and not follows_all
-            and not any(self._beside_form(model, k))
+            and not any(objections(self, model, k, Against.EVIDENCE))
             and all(self.why_not(model, i) is None for i in others)
         )
-
-    def _objections(self, model: Scored, k: int) -> Iterator[str]:
-        """Yield what speaks against an effect of a model, what is cheap to find out first."""
-        if model.choices[k][0].name in model.wrong_sign:
-            yield "its amplitude would have to be negative"
-        yield from self.of_form(model, k)
-        yield from self._beside_form(model, k)
-
-    def _beside_form(self, model: Scored, k: int) -> Iterator[str]:
-        effect, shape = model.choices[k]
-        conditions, fit = self.space.dataset.conditions, self.judge.fit(model)
-        if by_chance(self.judge, model, k):
-            yield "one of so many periods explains as much at so few targets"
-        rest = self.neighbours.without(model, k)
-        if (worth := self.worth(model, k, rest)) < WORTH:
-            yield f"it raises the log marginal likelihood by {worth:.1f} nats, less than the {WORTH:g} required"
-        if effect.in_time and self.free is not self.judge:
-            if self.free.score(model.choices).score - self.free.score(rest.choices).score < WORTH:
-                yield "slow noise explains as much"
-        if self.size(model, k, fit) < MATTERS:
-            yield f"its contribution is below {MATTERS:g} of the residual"
-        if self.plainer(model, k) is not model:
-            yield "a simpler form predicts the held-out readings as well"
-        for softer in effect.softer(conditions, shape):
-            instead = self.judge.score(replaced(model, k, (effect, softer)), model)
-            if instead.score > model.score - SHARPER:
-                yield "a gradual change explains as much"
-        if not self.gain(rest, model).passes:
-            yield "the held-out error does not fall"
 
     def worth(self, model: Scored, k: int, rest: Scored) -> float:
         """Return the nats by which an effect, or any collinear one, raises the score over that of the ``rest``.
@@ -175,14 +129,14 @@ class Gate:
     def implausible(self, model: Scored, k: int) -> str | None:
         """Return why the fit of an effect of a model is no such effect, whatever it explains, or None."""
         (effect, shape), fit = model.choices[k], self.judge.fit(model)
-        return effect.implausible(self.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
+        return forms_of(effect).implausible(self.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
 
     def misnamed(self, model: Scored, k: int) -> str | None:
         """Return why an effect of a model has another name beside the others, or None."""
-        fit, (effect, shape) = self.judge.fit(model), model.choices[k]
+        fit, (effect, _) = self.judge.fit(model), model.choices[k]
         sizes = [fit.mean[fit.rows(i)] * fit.parts[i].unit for i in range(len(model.choices))]
         others = {e.name: size for i, ((e, _), size) in enumerate(zip(model.choices, sizes, strict=True)) if i != k}
-        return effect.misnamed(shape, sizes[k], others)
+        return forms_of(effect).misnamed(sizes[k], others)
 
     def is_gated(self, model: Scored) -> bool:
         """Return whether every effect of a model has earned its place."""
@@ -201,7 +155,7 @@ class Gate:
         Where little is repeated, the score follows each start and stop of a log.
         """
         effect, shape = model.choices[k]
-        form = effect.plainer(shape) if model.choices[k] not in self.neighbours.given else None
+        form = forms_of(effect).plainer(shape) if model.choices[k] not in self.neighbours.given else None
         if form is None:
             return model
         instead = self.judge.score(replaced(model, k, (effect, form)), model)
@@ -214,7 +168,8 @@ class Gate:
             for k in range(len(model.choices)):
                 if model.choices[k] not in self.neighbours.given:
                     gain = self.gain(self.neighbours.without(model, k), model).gain
-                    why = self.why_not(model, k) or ("the held-out error does not fall" if gain <= 0.0 else None)
+                    worse = "the held-out error does not fall" if gain <= 0.0 and is_asked("held-out gain") else None
+                    why = self.why_not(model, k) or worse
                     if why is not None:
                         failing[k] = gain, why
             if not failing:
@@ -235,10 +190,8 @@ class Gate:
     def called(self, model: Scored) -> tuple[str, ...]:
         """Return the names of a model's effects; those that the data cannot bear out are said to be in doubt."""
         c, given = self.space.dataset.conditions, self.neighbours.given
-        return tuple(
-            effect.name + IN_DOUBT if (effect, shape) not in given and effect.doubtful(c, shape) else effect.name
-            for effect, shape in model.choices
-        )
+        found = ((e, (e, shape) not in given and forms_of(e).doubtful(c, shape)) for e, shape in model.choices)
+        return tuple(effect.name + IN_DOUBT if doubt else effect.name for effect, doubt in found)
 
     def in_doubt(self, model: Scored) -> bool:
         """Return whether the data cannot bear out an effect of a model, however well it fits."""
@@ -249,7 +202,7 @@ class Gate:
         given = self.neighbours.given
         return self.is_gated(model) or (
             (self.in_doubt(model) or generic(model))
-            and all(c in given or not any(self._objections(model, k)) for k, c in enumerate(model.choices))
+            and all(c in given or not any(objections(self, model, k, *SOUND)) for k, c in enumerate(model.choices))
         )
 
 

@@ -37,8 +37,6 @@ from rtec.inference.completeness import (
     OUTSIDE,
     OUTSIDE_WITH_SIGNS,
     knows_the_floor,
-    nearly_right,
-    signs_of,
     unknown_by,
 )
 from rtec.inference.experiment import (
@@ -56,6 +54,7 @@ from rtec.inference.leftover import unknown_structure
 from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
+from rtec.inference.rules import signs_of
 from rtec.inference.scored import Scored
 from rtec.inference.space import Choice
 
@@ -83,8 +82,8 @@ def judged(found: Finding) -> Diagnosis:
     judge, space = search.judge, search.space
     floor = noise_floor(judge, model)
     unknown, p_means = unknown_structure(judge, model)
-    signs = signs_of(search, model, floor) if found.searched and found.names_something else ()
-    signs += tuple(nearly_right(name) for name in found.approximate if name in model.names)
+    approximate = tuple(name for name in found.approximate if name in model.names)
+    signs = signs_of(search, model, floor, approximate) if found.searched and found.names_something else ()
     if unknown is None and signs:
         unknown = unknown_by(signs)
     rivals = {
@@ -127,7 +126,7 @@ def judged(found: Finding) -> Diagnosis:
         minimum_detectable=tuple(minimum.items()),
         lack_of_fit=() if p_means is None else ((_COMPARED[dataset.has_repeats], p_means),),
         unknown=unknown,
-        approximate=tuple(name for name in found.approximate if name in model.names),
+        approximate=approximate,
         suspected=tuple(doubts_of(found)),
         cosines=cosines_of(found, proposed),
         experiment=Experiment(text=OTHER_TARGETS)

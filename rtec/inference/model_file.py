@@ -39,6 +39,7 @@ from rtec.checks import number_within
 from rtec.dataset.observed import DRIVE, observable_of
 from rtec.effects import Amplitude, Effect, Observable, Units, effect_named
 from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.inference.forms import forms_of
 from rtec.inference.model import Model, Term
 from rtec.inference.shape_text import (
     field_keys,
@@ -285,8 +286,8 @@ class _Entry:
             problem = f"{self.effect.name} belongs to {kinds[self.effect.observable]}, not to {observe!r}"
             raise self._wrong(problem, f"effects of {kinds[observable_of(observe)]}; 'rtec effects' lists them")
         again = sum(term.name == self.effect.name for term in terms)
-        if again > self.effect.at_most:
-            allowed = "once" if self.effect.at_most == 1 else f"{self.effect.at_most} times at most"
+        if again > (most := forms_of(self.effect).at_most):
+            allowed = "once" if most == 1 else f"{most} times at most"
             raise self._wrong(f"{self.effect.name} stands there {again} times", allowed)
 
     def term(self, units: Units) -> Term:

@@ -15,6 +15,7 @@ from rtec.effects._harmonics import WavesShape
 from rtec.effects.frequency_grid import is_uneven, stated_base
 from rtec.effects.protocol import own_shape
 from rtec.inference.colour import Colour
+from rtec.inference.forms import forms_of, is_asked
 from rtec.inference.probes import Probe
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Choice, Part, Scan, Space
@@ -154,7 +155,7 @@ def by_chance(judge: Judge, model: Scored, k: int) -> bool:
     (effect, shape), c = model.choices[k], judge.space.dataset.coordinates
     if not isinstance(shape, WavesShape) or not is_uneven(c) or shape.period * (c.places.size - 1) > 2.0 * c.span:
         return False
-    if stated_base(c, shape.period) is not None:
+    if stated_base(c, shape.period) is not None or not is_asked("by chance"):
         return False
     fit = judge.fit(model)
     at = np.unique(np.searchsorted(c.places, c.position, side="right"), return_inverse=True)[1]
@@ -205,7 +206,8 @@ def proposals(
 
 def bearable(conditions: Conditions, effect: Effect, shape: Shape, others: Sequence[Shape]) -> bool:
     """Return whether data can bear out a shape of an effect, and tell it from others of the same effect."""
-    return effect.doubtful(conditions, shape) is None and effect.crowded(conditions, shape, others) is None
+    forms = forms_of(effect)
+    return forms.doubtful(conditions, shape) is None and forms.crowded(conditions, shape, others, np.inf) is None
 
 
 def _worth(judge: Judge, choice: Choice, back: Beside, colour: Colour) -> float:
@@ -222,7 +224,7 @@ def _is_plausible(space: Space, choice: Choice, back: Beside, colour: Colour) ->
         return True
     new = columns - (columns @ back.basis.T) @ back.basis
     numbers = np.asarray(np.linalg.lstsq(new @ new.T, new @ back.residual, rcond=APART)[0], np.float64)
-    return effect.implausible(space.dataset.conditions, shape, numbers) is None
+    return forms_of(effect).implausible(space.dataset.conditions, shape, numbers) is None
 
 
 def _best_shapes(space: Space, effect: Effect, back: Beside, colour: Colour, *, families: bool) -> list[Shape]:
@@ -317,7 +319,7 @@ class Neighbours:
         return [
             effect
             for effect in self.judge.space.library
-            if names.count(effect.name) < effect.at_most
+            if names.count(effect.name) < forms_of(effect).at_most
             and effect.name not in self.barred
             and not (effect.builds_on and not effect.builds_on & set(names))
         ]

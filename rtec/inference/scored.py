@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 from rtec.effects import Floats, Shape
 from rtec.inference.colour import NEIGHBOURS, Colour
 from rtec.inference.evidence import SCALES, Sums, best_scales, posterior
+from rtec.inference.forms import is_asked
 from rtec.inference.space import Choice, Part, Space, blocks_of
 
 EVERY_COLOUR = 60
@@ -234,7 +235,7 @@ def _wrong_sign(
     choices: Sequence[Choice], sums: Sums, block: NDArray[np.int64], places: NDArray[np.int64]
 ) -> tuple[str, ...]:
     """Return the effects that come out below zero although they cannot be."""
-    if not any(effect.not_negative for effect, _ in choices):
+    if not is_asked("sign") or not any(effect.not_negative for effect, _ in choices):
         return ()
     mean = posterior(sums, SCALES[places][block])[0]
     return tuple(

@@ -8,9 +8,11 @@ import numpy as np
 
 from rtec.effects import Shape
 from rtec.inference.exchanges import HOPELESS, OUT_OF_REACH, Exchanges
-from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, WORTH, Gate, generic
+from rtec.inference.forms import forms_of
+from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, Gate, generic
 from rtec.inference.probes import Probe, changing
 from rtec.inference.proposals import MOST_EFFECTS, Neighbours, is_within_a_step
+from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.space import Choice
 
@@ -186,8 +188,8 @@ class Search:
         rests = [self.neighbours.without(model, k) for k in taken]
         for rest in {m.key: m for m in (*rests, start)}.values():
             for effect in (*self.neighbours.effects_for(rest), *self.space.suspected):
-                trials = [[*rest.choices, (effect, s)] for s in effect.suspects(self.space.dataset.conditions)]
-                if trials:
+                shapes = forms_of(effect).suspects(self.space.dataset.conditions)
+                if trials := [[*rest.choices, (effect, shape)] for shape in shapes]:
                     best = max(trials, key=lambda choices: self.judge.quickly(choices, rest))
                     suspect = self.exchanges.reshaped(self.judge.score(best, rest))
                     doubted = effect.name + IN_DOUBT in self.gate.called(suspect)

@@ -16,6 +16,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import LIBRARY, Effect, Floats, Observable, Shape
 from rtec.inference.colour import COLOURS, Colour, Whitening, gaps_of
 from rtec.inference.evidence import Sums
+from rtec.inference.forms import forms_of
 from rtec.inference.probes import Probe, probes_of
 
 Choice: TypeAlias = tuple[Effect, Shape]
@@ -164,16 +165,14 @@ class Space:
         return tuple(
             effect
             for effect in LIBRARY
-            if self.reasons.get(effect.name, "") is None
-            and effect.ranked(self.dataset.conditions)
-            and not (effect.is_datum and self.has_datum)
+            if self.reasons.get(effect.name, "") is None and forms_of(effect).ranked(self.dataset.conditions)
         ) + probes_of(self.dataset)
 
     @cached_property
     def suspected(self) -> tuple[Effect, ...]:
         """The effects that the data cannot show, and that may be what they show of others."""
         c = self.dataset.conditions
-        return tuple(e for e in LIBRARY if self.reasons.get(e.name) is not None and e.suspects(c))
+        return tuple(e for e in LIBRARY if self.reasons.get(e.name) is not None and forms_of(e).suspects(c))
 
     @cached_property
     def _at_rows(self) -> Dataset:
@@ -278,8 +277,8 @@ class Space:
         """Return the scan grid of an effect, and which of its shapes the data could bear out."""
         if effect.name not in self._shapes:
             c = self.dataset.conditions
-            shapes = effect.shapes(c)
-            sound = np.array([effect.doubtful(c, shape) is None for shape in shapes], dtype=np.bool_)
+            shapes, doubtful = effect.shapes(c), forms_of(effect).doubtful
+            sound = np.array([doubtful(c, shape) is None for shape in shapes], dtype=np.bool_)
             self._shapes[effect.name] = shapes, sound
         return self._shapes[effect.name]
 

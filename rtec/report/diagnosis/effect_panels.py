@@ -33,6 +33,8 @@ _DISTANCES, _SHORT = 8.0, {True: 0.1, False: 0.5}
 log, whose loops can be seen, and of readings at rest."""
 _COLOURS = (FORWARD, GREEN, PURPLE)
 """Of the thirds of an axis."""
+_GROW = frozenset({"refraction", "thermal_growth", "warm_up_growth"})
+"""In proportion to position, too: the near and the far end are drawn apart."""
 _SLOW = frozenset({Over.TIME, Over.TEMPERATURE, Over.RUN})
 _INSTEAD = ("position", "velocity", "time")
 """What an effect is drawn over where what it depends on is not in the data or never changes."""
@@ -95,7 +97,7 @@ def _panel(dataset: Dataset, terms: tuple[Term, ...]) -> Panel:
     if over is Over.REVERSAL:
         return _loop(c, terms, part, everything)
     groups = tuple(ways(c))
-    if grows := terms[0].effect.grows_with_position and dataset.resample is None:
+    if grows := terms[0].name in _GROW and dataset.resample is None:
         groups = _sections(c)
         part = terms[0].contribution(_in_the_middle(c, groups))
     return Panel(

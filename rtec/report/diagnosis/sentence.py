@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rtec.inference.collinear import effect_or_none, tied_groups
+from rtec.inference.collinear import tied_groups
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded
@@ -16,6 +16,8 @@ from rtec.units import symbol
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison, Stretch
 
+_ADJECTIVES = frozenset({"cosine", "cyclic", "interpolation", "scale"})
+"""Names that say of what kind an error is: in a sentence ``error`` follows them."""
 _ROUNDING = 1e-6
 """Share of the RMS below which a mean is none."""
 _WORTH_NAMING = 0.1
@@ -74,8 +76,7 @@ def noun(name: str) -> str:
     >>> noun("cyclic"), noun("pitch_map")
     ('cyclic error', 'pitch map')
     """
-    effect = effect_or_none(name)
-    return f"{spoken(name)} error" if effect is not None and effect.is_adjective else spoken(name)
+    return f"{spoken(name)} error" if name in _ADJECTIVES else spoken(name)
 
 
 def explanation_names(diagnosis: Diagnosis) -> list[str]:

@@ -10,6 +10,7 @@ from rtec.effects import BuildUpShape, Conditions, distance_since_reversal
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.load_friction import LoadFriction
 from rtec.effects.stribeck import Stribeck, StribeckShape
+from rtec.inference.forms import forms_of
 
 TURNS = (0.0, 40.0, 35.0, 60.0, 59.0, 62.0, 10.0)
 STEP = 0.01
@@ -109,7 +110,6 @@ def test_friction_at_once_is_no_matter_of_choice():
     assert ways[-1] == pytest.approx(c.span / 30.0)
     assert (ways[1:] / ways[:-1]).max() <= 1.5 + 1e-9
     assert Coulomb().tunables(c, shapes[0]) == ()
-    assert (Coulomb().plainer(shapes[0]), Coulomb().plainer(shapes[3])) == (None, BuildUpShape())
 
 
 def test_without_a_way_since_the_reversal_friction_is_there_at_once():
@@ -147,11 +147,9 @@ def test_speeds_are_scanned_and_each_costs_as_if_every_distance_had_been_tried()
     assert Stribeck().tried(c, at_once[2]) == len(at_once)
     soft = StribeckShape(0.5, True, speed=at_once[2].speed)
     assert Stribeck().tried(c, soft) == len(at_once) * len(build_ups)
-    assert Stribeck().plainer(soft) == at_once[2]
-    assert Stribeck().plainer(at_once[2]) is None
     assert Stribeck().variants(c, soft) == [at_once[2], soft]
     assert Stribeck().variants(c, at_once[2]) == [at_once[2]]
-    found = Stribeck().closer(c, at_once[2])
+    found = forms_of(Stribeck()).closer(c, at_once[2])
     assert [(s.distance, s.carried) for s in found] == [(s.distance, s.carried) for s in build_ups]
     assert {s.speed for s in found} == {at_once[2].speed}
     assert [t.name for t in Stribeck().tunables(c, soft)] == ["speed", "distance"]

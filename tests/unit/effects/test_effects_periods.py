@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from encoder_disc_oracle import deviations
 
-from rtec.effects import Conditions, CyclicShape, MapShape, Units, frequency_grid
+from rtec.effects import Conditions, CyclicShape, Units, frequency_grid
 from rtec.effects.cogging import Cogging
-from rtec.effects.cyclic import Cyclic
+from rtec.effects.cyclic import Cyclic, closer_steps
 from rtec.effects.eccentricity import Eccentricity, EccentricityShape
 from rtec.effects.frequency_grid import (
     alias_limit,
@@ -19,8 +19,8 @@ from rtec.effects.frequency_grid import (
     resolved_harmonics,
 )
 from rtec.effects.interpolation import Interpolation, InterpolationShape
-from rtec.effects.pitch_map import PitchMap
 from rtec.errors import ArgumentError
+from rtec.inference.forms import forms_of
 
 WavesShape = Cogging().shape_type
 
@@ -263,17 +263,6 @@ def test_a_fundamental_goes_round_five_times_or_is_the_line_itself():
     assert {round(v.period) for v in Cyclic().variants(lathe(), CyclicShape(105.0))} == {105}
 
 
-def test_a_wave_that_nobody_stated_needs_five_cycles_and_more_than_two_readings_a_cycle():
-    c = at(np.arange(0.0, 401.0, 5.0))
-    assert "4.0 cycles of 100 mm only" in Cyclic().doubtful(c, CyclicShape(100.0))
-    assert "a span of 500 mm would settle it" in Cyclic().doubtful(c, CyclicShape(100.0))
-    assert Cyclic().doubtful(c, CyclicShape(79.0)) is None
-    assert "5.0 cycles" in Cyclic().doubtful(c, CyclicShape(80.0)), "at the end of the scan: it may lie beyond"
-    assert Cyclic().doubtful(c, CyclicShape(10.6)) is None
-    assert "two readings long" in Cyclic().doubtful(c, CyclicShape(10.3))
-    assert Cogging().doubtful(c, WavesShape(100.0)) == Cyclic().doubtful(c, CyclicShape(100.0))
-
-
 @pytest.mark.parametrize(("pitch", "told"), [(100.0, True), (400.0, True), (444.0, True), (450.0, False)])
 def test_a_stated_pitch_needs_nine_tenths_of_a_cycle(pitch, told):
     c = at(np.arange(0.0, 401.0, 5.0), screw_pitch=pitch)
@@ -282,7 +271,7 @@ def test_a_stated_pitch_needs_nine_tenths_of_a_cycle(pitch, told):
     stated = [shape.period for shape in Cyclic().shapes(c)][grid.size :]
     assert (pitch in stated) is told
     if told:
-        assert Cyclic().doubtful(c, CyclicShape(pitch)) is None
+        assert forms_of(Cyclic()).doubtful(c, CyclicShape(pitch)) is None
         assert Cyclic().tried(c, CyclicShape(pitch)) == len(stated) < 10
         assert Cyclic().tried(c, CyclicShape(37.0)) >= grid.size > 100
 
@@ -292,7 +281,7 @@ def test_a_far_harmonic_of_the_pitch_is_a_period_that_nobody_stated():
     assert Cyclic().tried(c, CyclicShape(120.0 / 5)) < 10
     assert Cyclic().tried(c, CyclicShape(120.0 / 6)) >= frequencies(c).size
     near_two = CyclicShape(120.0 / 12)  # right at two readings a cycle, where any wave of noise is
-    assert "two readings long" in Cyclic().doubtful(c, near_two)
+    assert "two readings long" in forms_of(Cyclic()).doubtful(c, near_two)
 
 
 def test_a_line_beside_the_stated_pitch_is_a_line_of_its_own():
@@ -300,13 +289,6 @@ def test_a_line_beside_the_stated_pitch_is_a_line_of_its_own():
     # half of 1 / 4000 away it cannot be told from the pitch: 100 / (1 + 0.0125)
     assert Cyclic().tried(c, CyclicShape(100.5)) == Cyclic().tried(c, CyclicShape(100.0))
     assert Cyclic().tried(c, CyclicShape(102.0)) >= frequencies(c).size
-
-
-def test_fractions_of_a_turn_are_not_stated_for_a_joint_that_goes_through_half_of_one():
-    joint = at(np.arange(0.0, 200.0, 1.0), unit="deg", revolution=360.0)
-    assert "1.7 cycles of 120 deg only" in Cogging().doubtful(joint, WavesShape(120.0))
-    assert Cogging().doubtful(joint, WavesShape(30.0)) is None  # seven cycles need no statement
-    assert Cogging().doubtful(at(np.arange(0.0, 300.0), unit="deg", revolution=360.0), WavesShape(120.0)) is None
 
 
 def test_a_refit_moves_the_frequency_by_less_than_the_resolution():
@@ -421,15 +403,7 @@ def test_an_oval_disc_off_centre_has_a_second_wave():
     assert lines["amplitude_2"] == pytest.approx(arcsec * oval, rel=1e-2)
     assert lines["amplitude_3"] < arcsec * 3.0 * off * oval
     assert lines["amplitude_4"] < arcsec * oval**2
-    assert Eccentricity().implausible(c, shape, fit) is None
-
-
-def test_two_waves_a_turn_alone_are_no_disc_off_centre():
-    c = at(np.linspace(0.0, 350.0, 36), unit="deg", revolution=360.0)
-    for first, plausible in ((0.49, False), (0.51, True)):
-        why = Eccentricity().implausible(c, EccentricityShape(360.0, 2), np.array([first, 0.0, 0.6, 0.8]))
-        assert why is None if plausible else "two are stronger" in why
-    assert Eccentricity().implausible(c, EccentricityShape(), np.array([0.1, 0.0])) is None
+    assert forms_of(Eccentricity()).implausible(c, shape, fit) is None
 
 
 @pytest.mark.parametrize(
@@ -454,68 +428,6 @@ def test_a_turn_that_is_full_shows_more_waves(turned, places, most):
 )
 def test_a_turn_that_the_data_do_not_show(position, turn, reason):
     assert reason in Eccentricity().untestable(at(position, unit="deg", revolution=turn))
-
-
-def test_a_family_is_taken_apart_into_what_may_be_a_part_of_it():
-    c = at(np.linspace(0.0, 300.0, 61) + np.random.default_rng(0).uniform(-1, 1, 61))
-    parts = {(round(s.period, 6), s.harmonics) for s in Cyclic().regrouped(c, CyclicShape(51.0, 3))}
-    assert {(51.0, 1), (51.0, 2), (25.5, 1), (17.0, 1), (34.0, 2), (17.0, 3)} <= parts
-    assert (51.0, 3) not in parts
-    assert max(harmonics for _, harmonics in parts) == 3
-    assert Cyclic().regrouped(c, CyclicShape(51.0)) == []
-    assert all(Cyclic().doubtful(c, s) is None for s in Cyclic().regrouped(c, CyclicShape(51.0, 3)))
-
-
-def test_families_of_a_stated_period_do_not_hold_each_other():
-    c = at(np.arange(0.0, 100.0, 0.7), screw_pitch=10.0)
-    belongs = "harmonics of another family"
-    assert belongs in Cyclic().crowded(c, CyclicShape(10.0, 4), [CyclicShape(10.0001, 3, True)])
-    assert belongs in Cyclic().crowded(c, CyclicShape(5.0), [CyclicShape(10.0, 2)])
-    assert belongs in Cyclic().crowded(c, CyclicShape(10.0, 2), [CyclicShape(5.0)])
-    assert belongs in Cyclic().crowded(
-        c, CyclicShape(10.0, 3), [CyclicShape(2.5)]
-    )  # the fourth goes on where it ends
-    assert Cyclic().crowded(c, CyclicShape(10.0, 2), [CyclicShape(2.5, 2)]) is None
-
-
-def test_waves_nearer_than_the_span_tells_apart_are_crowded():
-    c = at(np.linspace(0.0, 300.0, 41))
-    apart = 1.0 / (1.0 / 40.0 + 1.5 / c.span)
-    assert Cyclic().crowded(c, CyclicShape(40.0), []) is None
-    assert Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 0.999)]) is None
-    assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(apart * 1.01)])
-    nodes = PitchMap().finest(MapShape((0.0, 50.0, 100.0, 200.0)))
-    assert nodes == pytest.approx(400.0 / 3.0)
-    assert "draws such a wave" in Cyclic().crowded(c, CyclicShape(nodes * 1.01), [], nodes)
-    assert Cyclic().crowded(c, CyclicShape(nodes * 0.99), [], nodes) is None
-    assert "amplitude changes" in Cyclic().crowded(c, CyclicShape(40.0), [CyclicShape(80.0, 2)]), (
-        "its second harmonic"
-    )
-
-
-def test_suspects_are_waves_of_fewer_than_five_cycles():
-    c = at(np.linspace(0.0, 300.0, 41))
-    cycles = [c.span / shape.period for shape in Cyclic().suspects(c)]
-    assert min(cycles) == pytest.approx(1.5) and max(cycles) < 5.0
-    assert max(np.diff(cycles)) <= 0.3 + 1e-9
-    assert all(Cyclic().doubtful(c, shape) for shape in Cyclic().suspects(c))
-    assert Cyclic().suspects(at(np.linspace(0.0, 300.0, 4))) == ()
-
-
-@pytest.mark.parametrize(("period", "ratio", "is_family"), [(90.0, 0.1, False), (90.0, 0.2, True)])
-def test_a_fraction_of_a_turn_needs_its_first_wave(period, ratio, is_family):
-    c = at(np.linspace(0.0, 359.0, 360), "deg", revolution=360.0)
-    third = np.array([ratio, 0.0, 0.1, 0.1, 0.6, 0.8])
-    why = Cogging().implausible(c, WavesShape(period, 3), third)
-    assert why is None if is_family else "a multiple of the true period" in why
-
-
-def test_a_force_that_comes_once_or_twice_a_turn_is_a_weight():
-    c = at(np.linspace(0.0, 359.0, 360), "deg", revolution=360.0)
-    once = np.array([41.0, 3.0, 2.0, 0.0])
-    for period in (360.0, 180.0):
-        assert "as a weight does" in Cogging().implausible(c, WavesShape(period, 2), once)
-    assert Cogging().implausible(c, WavesShape(120.0, 2), once) is None
 
 
 # a step once a turn
@@ -574,11 +486,11 @@ def test_a_step_is_found_in_its_gap_by_a_coarse_and_a_fine_look():
         return float(np.sum((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2))
 
     coarse = min((f for f in Cyclic().variants(c, shape) if f.step_at > 0.0), key=left)
-    fine = min([coarse, *Cyclic().closer(c, coarse)], key=left)
+    fine = min([coarse, *closer_steps(c, coarse)], key=left)
     assert left(fine) < 1e-20 < left(shape)
     phases = np.sort(np.mod(c.places, 6.35))
     assert not ((phases > min(fine.step_at, truth)) & (phases < max(fine.step_at, truth))).any()
-    assert Cyclic().closer(c, shape) == ()
+    assert closer_steps(c, shape) == ()
 
 
 def test_a_step_outside_its_period_is_refused():
@@ -586,25 +498,6 @@ def test_a_step_outside_its_period_is_refused():
         CyclicShape(6.35, 2, step_at=6.4)
     with pytest.raises(ArgumentError, match="step_at"):
         CyclicShape(6.35, 2, step_at=-0.1)
-
-
-def test_two_fractions_of_a_turn_may_be_one_family_of_it():
-    c, _ = turned()
-    forms = Cyclic().joined(c, CyclicShape(6.35 / 2, 2), CyclicShape(6.35 / 3, 4))
-    assert forms and all(form.period == 6.35 and form.harmonics >= 3 for form in forms)
-    assert {form.by_direction for form in forms} == {False, True}
-    assert Cyclic().joined(c, CyclicShape(6.35 / 2), CyclicShape(41.0)) == ()
-    nobody = at(c.position, direction=c.direction)
-    assert Cyclic().joined(nobody, CyclicShape(6.35 / 2), CyclicShape(6.35 / 3)) == ()
-
-
-def test_a_wave_that_is_a_constant_at_uneven_targets_is_in_doubt():
-    """Its difference by direction would be a backlash."""
-    off = np.random.default_rng(3).normal(0.0, 1.0, 31)
-    nearly, uneven = (at(50.0 * np.arange(31) + share * off) for share in (3.0, 10.0))
-    assert "mainly a constant" in Cyclic().doubtful(nearly, CyclicShape(50.0))
-    assert Cyclic().doubtful(nearly, CyclicShape(31.0)) is None
-    assert Cyclic().doubtful(uneven, CyclicShape(50.0)) is None
 
 
 def test_few_uneven_targets_resolve_fewer_cycles_a_step():

@@ -149,11 +149,6 @@ def test_a_one_sided_map_is_one_of_three_forms(bidirectional):
     assert (BacklashMap().tried(c, both), BacklashMap().tried(c, back)) == (count, 3 * count)
     assert {shape.side for shape in BacklashMap().variants(c, back)} == {-1}
     assert [shape.nodes for shape in BacklashMap().variants(c, back)] == [s.nodes for s in BacklashMap().shapes(c)]
-    assert {shape.side for shape in BacklashMap().joined(c, both, MapShape())} == {1, -1}
-
-
-def along(share, cycles, grows):
-    return (share**2 if grows else 1.0) * np.sin(2.0 * np.pi * cycles * share) + 3.0 * share
 
 
 def test_a_map_of_the_reversal_error_says_its_mean_and_how_much_it_varies():
@@ -161,32 +156,6 @@ def test_a_map_of_the_reversal_error_says_its_mean_and_how_much_it_varies():
     shape = MapShape((0.0, 100.0, 200.0, 300.0))
     read = {name: value for name, value, _ in BacklashMap().summary(shape, [8e-3, 8.25e-3, 8.75e-3, 9e-3], LINEAR)}
     assert read == pytest.approx({"nodes": 4.0, "mean": 8.5, "least": 8.0, "largest": 9.0, "peak_to_peak": 1.0})
-
-
-@pytest.mark.parametrize("effect", [PitchMap(), BacklashMap()])
-@pytest.mark.parametrize(
-    ("cycles", "grows", "is_map"),
-    [(1.0, False, True), (3.0, False, True), (3.0, True, True), (5.5, True, False), (8.0, False, False)],
-)
-def test_a_curve_that_swings_as_often_as_a_wave_is_no_map(bidirectional, effect, cycles, grows, is_map):
-    c = bidirectional(np.linspace(100.0, 400.0, 61), runs=1)
-    nodes = np.linspace(100.0, 400.0, 24)
-    why = effect.implausible(c, MapShape(tuple(nodes)), along((nodes - 100.0) / 300.0, cycles, grows))
-    assert why is None if is_map else "as fast as a wave of" in why
-    if not is_map and not grows:
-        assert f"of {cycles:.0f} cycles" in why
-
-
-def test_a_node_at_each_of_a_few_targets_is_a_table(bidirectional):
-    c = bidirectional(np.linspace(0.0, 110.0, 12), runs=1)
-    error = np.resize([0.01, -0.01], 12)  # as fast as it can be
-    assert PitchMap().implausible(c, MapShape(tuple(np.linspace(0.0, 110.0, 12))), error) is None
-
-
-def test_a_straight_map_does_not_swing(bidirectional):
-    c = bidirectional(np.linspace(0.0, 100.0, 21), runs=1)
-    assert PitchMap().implausible(c, MapShape((0.0, 40.0, 70.0, 100.0)), np.array([0.0, 4.0, 7.0, 10.0])) is None
-    assert PitchMap().implausible(c, MapShape((0.0, 40.0, 70.0, 100.0)), np.zeros(4)) is None
 
 
 def test_nodes_that_lie_close_have_names_of_their_own():

@@ -68,25 +68,6 @@ def test_a_spike_is_a_backlash_less_a_wind_up():
     assert whole[:, 0] == pytest.approx(c.direction / 2)
 
 
-@pytest.mark.parametrize(
-    ("effect", "shape", "size", "beside", "says"),
-    [
-        (ReversalSpike(), SpikeShape(15.0), -0.004, {"backlash": [-0.02]}, None),
-        (ReversalSpike(), SpikeShape(15.0), 0.004, {"backlash": [-0.02]}, "beside this backlash it is a wind-up"),
-        (ReversalSpike(), SpikeShape(15.0), 0.004, {"backlash_map": [-0.02, -0.01]}, "it is a wind-up"),
-        (ReversalSpike(), SpikeShape(15.0), 0.004, {"scale": [-0.02]}, None),
-        (ReversalSpike(), SpikeShape(15.0), -0.004, {"windup": [-0.02]}, "beside a wind-up it is a backlash"),
-        (Windup(), WindupShape(15.0), -0.004, {"backlash": [-0.02]}, None),
-        (Windup(), WindupShape(15.0), 0.004, {"backlash": [-0.02]}, "it is a reversal spike"),
-        (Windup(), WindupShape(15.0), 0.004, {"reversal_spike": [0.02]}, "beside a reversal spike it is a backlash"),
-    ],
-)
-def test_one_curve_has_one_name(effect, shape, size, beside, says):
-    others = {name: np.array(values) for name, values in beside.items()}
-    why = effect.misnamed(shape, np.array([size]), others)
-    assert why is None if says is None else says in why
-
-
 def test_a_spike_needs_points_behind_the_reversal():
     sparse = out_and_back(steps=6)
     assert "distances within" in ReversalSpike().untestable(sparse)
@@ -190,13 +171,6 @@ def test_the_number_of_a_run_changes_nothing_in_a_motion_that_goes_on(effect, sh
 )
 def test_memory_shows_where_strokes_differ(conditions, why):
     assert Hysteresis().untestable(conditions) == why
-
-
-def test_springs_have_one_name():
-    one = np.array([-0.004])
-    assert Hysteresis().misnamed(HysteresisShape(), one, {"windup": one}) is not None
-    assert Windup().misnamed(WindupShape(), one, {"hysteresis": one}) is not None
-    assert Hysteresis().misnamed(HysteresisShape(), one, {"backlash": one}) is None
 
 
 def test_a_drawn_part_remembers_the_whole_way():

@@ -7,11 +7,12 @@ import pytest
 from inference_oracle import SIGMA, measured
 
 from rtec.effects import CyclicShape, Shape, effect_named
-from rtec.inference.completeness import knows_the_floor, signs_of
+from rtec.inference.completeness import knows_the_floor
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model, Term
 from rtec.inference.noise import noise_floor
 from rtec.inference.results import Verdict
+from rtec.inference.rules import signs_of
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space

@@ -10,8 +10,8 @@ from rtec.effects import Shape, effect_named
 from rtec.inference.candidates import ERRORS, IN_TIME, minimum_detectable
 from rtec.inference.colour import Colour
 from rtec.inference.diagnose import diagnose
-from rtec.inference.gate import WORTH
 from rtec.inference.probes import Probe
+from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge
 from rtec.inference.space import Space
 

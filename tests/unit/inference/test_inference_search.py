@@ -17,9 +17,9 @@ from rtec.dataset.load import load_dataset
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
-from rtec.inference.gate import MATTERS, WORTH
 from rtec.inference.proposals import by_chance
 from rtec.inference.results import Verdict
+from rtec.inference.rules import MATTERS, WORTH
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
