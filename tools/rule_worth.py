@@ -258,6 +258,7 @@ def page(played: Sequence[Played], evidence: Mapping[str, int], command: str) ->
         rules=[(rule.name, rule.asks, rule.earned) for rule in RULES],
         rows=list(rows(played, list(evidence))),
         evidence=evidence,
+        headings=("rule", *evidence, "names changed", "better", "worse", "new wrong", "p"),
         command=command,
     )
 

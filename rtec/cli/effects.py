@@ -59,7 +59,7 @@ def _document(effect: Effect) -> dict[str, Any]:
             {"name": rival.name, "experiment": rival.experiment, "permanent": rival.permanent}
             for rival in effect.rivals
         ],
-        "contains": sorted(effect.contains),
+        "contains": sorted(forms_of(effect).contains),
         "at_most": forms_of(effect).at_most,
     }
 

@@ -63,12 +63,10 @@ class BuildsUp(ScannedEffect):
         return _build_ups(conditions, own_shape(shape, BuildUpShape)) if plain is None else [plain, shape]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance of build-up, where there is one."""
         distance = own_shape(shape, BuildUpShape).distance
         return (Tunable("distance", distance / STEP, distance * STEP),) if distance > 0.0 else ()
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several shapes, shape (shapes, 1, rows)."""
         way = self._needed(conditions.direction, "directions of motion")
         return _built_up(conditions, way, [own_shape(shape, BuildUpShape) for shape in shapes])[:, None, :]
 

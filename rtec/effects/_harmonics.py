@@ -39,7 +39,6 @@ class Waves(Effect):
         return harmonic_columns(conditions.position, own.period, own.harmonics)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return sin_1, cos_1, sin_2, ..."""
         return harmonic_names(own_shape(shape, self.shape_type).harmonics, units)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:

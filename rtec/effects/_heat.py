@@ -121,7 +121,6 @@ class FollowsHeat(Effect):
         return float(len(self.shapes(conditions)) * forms)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the lag, where there is one."""
         lag = own_shape(shape, HeatShape).lag
         if lag == 0.0:
             return ()

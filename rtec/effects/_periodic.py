@@ -43,7 +43,6 @@ class Periodic(Effect):
     is_wave = True
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why no period can be seen, or None."""
         if frequencies(conditions).size or stated_periods(conditions).size:
             return None
         found = conditions.places.size

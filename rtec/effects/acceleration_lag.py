@@ -30,5 +30,4 @@ class AccelerationLag(Effect):
     data_checks = (no_acceleration,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the acceleration, negative, shape (rows, 1)."""
         return -self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None]

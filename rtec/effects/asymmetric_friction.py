@@ -35,7 +35,6 @@ class AsymmetricFriction(Effect):
     amplitude_per = Per.SPEED
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a difference by direction, or None."""
         velocity = conditions.velocity
         if velocity is None or not np.any(velocity):
             return no_speed(conditions)
@@ -43,5 +42,4 @@ class AsymmetricFriction(Effect):
         return None if min(forward, backward) > LEAST_EACH_WAY * (forward + backward) else "one direction only"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the speed, shape (rows, 1)."""
         return np.abs(self._needed(conditions.velocity, "a velocity or feed column"))[:, None]

@@ -29,5 +29,4 @@ class Backlash(Effect):
     data_checks = (one_way,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return half of the direction, shape (rows, 1)."""
         return self._needed(conditions.direction, "directions of approach")[:, None] / 2

@@ -70,10 +70,8 @@ class BacklashMap(PitchMap):
 
     name = "backlash_map"
     shape_type = ReversalMapShape
-    contains = frozenset({"backlash", "windup"})
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a map of the reversal error, or None."""
         return super().untestable(conditions) or one_way(conditions)
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:

@@ -28,5 +28,4 @@ class Cosine(Effect):
     data_checks = (one_place,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the position, shape (rows, 1)."""
         return conditions.position[:, None].astype(float)

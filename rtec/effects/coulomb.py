@@ -29,7 +29,6 @@ class Coulomb(BuildsUp):
     shape_type = BuildUpShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show dry friction, or None."""
         if conditions.direction is None:
             return "no directions: moving data or a direction column needed"
         return one_way(conditions)

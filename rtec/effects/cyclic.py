@@ -77,10 +77,8 @@ class Cyclic(Periodic):
 
     name = "cyclic"
     shape_type = CyclicShape
-    contains = frozenset({"eccentricity", "interpolation"})
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why no period can be seen, or None."""
         pitch = conditions.screw_pitch
         if pitch is not None and conditions.places.size > 1:
             seen = phases_seen(conditions.places, pitch)

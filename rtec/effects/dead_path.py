@@ -36,14 +36,11 @@ class DeadPath(Effect):
     data_checks = (no_weather,)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the temperatures that may be the air's."""
         return air_sensors(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the change of the refractive index, shape (rows, 1)."""
         self._needed(conditions.pressure_hpa, "a pressure column")
         return change_of_index(conditions, own_shape(shape, SensorShape))[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the length of the dead path."""
         return (Amplitude("dead_path", units.position, 1.0),)

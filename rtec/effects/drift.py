@@ -29,9 +29,7 @@ class Drift(Effect):
     in_time = True
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a change in time, or None."""
         return None if np.ptp(conditions.clock) > 0 else "one moment only"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the clock, shape (rows, 1)."""
         return conditions.clock[:, None].astype(float)

@@ -51,7 +51,6 @@ class Eccentricity(Waves):
     shape_type = EccentricityShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a wave of one turn, or None."""
         if conditions.revolution is None:
             return "no rotary axis, or its counts_per_rev is not stated"
         if conditions.places.size < FEWEST_PLACES:
@@ -66,7 +65,6 @@ class Eccentricity(Waves):
         return [] if turn is None else self.variants(conditions, EccentricityShape(turn))[-1:]
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
-        """Return the number of forms."""
         return float(len(self.variants(conditions, shape)))
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:

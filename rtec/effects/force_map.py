@@ -25,10 +25,8 @@ class ForceMap(PitchMap):
 
     name = "force_map"
     observable = Observable.DRIVE
-    contains = frozenset({"force_offset", "gravity", "cogging"})
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them"
         if closes(conditions):

@@ -26,5 +26,4 @@ class ForceOffset(Effect):
     observable = Observable.DRIVE
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return a column of ones, shape (rows, 1)."""
         return np.ones((conditions.rows, 1))

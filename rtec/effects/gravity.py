@@ -58,7 +58,6 @@ class Gravity(Effect):
     shape_type = GravityShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a weight on an arm, or None."""
         if conditions.position_unit == "mm":
             return None
         if conditions.position_unit != "deg":
@@ -71,7 +70,6 @@ class Gravity(Effect):
         return self.variants(conditions, GravityShape())[-1:]
 
     def tried(self, conditions: Conditions, shape: Shape) -> float:
-        """Return the number of forms."""
         return float(len(self.variants(conditions, shape)))
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:

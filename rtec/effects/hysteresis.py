@@ -52,7 +52,6 @@ class Hysteresis(ScannedEffect):
     shape_type = HysteresisShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show loops within loops, or None."""
         if not conditions.moving or conditions.time_is_coordinate:
             return "no moving data"
         ways = strokes(conditions)
@@ -71,12 +70,10 @@ class Hysteresis(ScannedEffect):
         return [HysteresisShape(distance, settled) for distance in scanned for settled in (False, True)]
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
-        """Return the distance, free by a half."""
         distance = own_shape(shape, HysteresisShape).distance
         return (Tunable("distance", min(max(distance / 1.5, _least(conditions)), distance), distance * 1.5),)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several distances, shape (shapes, 1, rows)."""
         from scipy.special import gammaincinv  # noqa: PLC0415 - as the next, for logs only
 
         from rtec.effects._hysteresis_kernels import bend  # noqa: PLC0415 - loads numba, for logs only

@@ -44,5 +44,4 @@ class Inertia(Effect):
     data_checks = (no_acceleration, one_frequency)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the acceleration, shape (rows, 1)."""
         return self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None].astype(float)

@@ -45,7 +45,6 @@ class Interpolation(Waves):
     shape_type = InterpolationShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show the signal period, or None."""
         period = conditions.signal_period
         if period is None:
             return "no scale_signal_period is stated"
@@ -58,6 +57,5 @@ class Interpolation(Waves):
         return f"targets lie at {seen} phases of {where} only: at least {FEWEST_PHASES} needed"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the stated signal period."""
         period = conditions.signal_period
         return [] if period is None else [InterpolationShape(period)]

@@ -36,7 +36,6 @@ class LoadFriction(Coulomb):
     amplitude_per = Per.LOAD
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show friction by load, or None."""
         load = conditions.load
         if load is None:
             return "no load column"
@@ -46,5 +45,4 @@ class LoadFriction(Coulomb):
         return None if change > LEAST_CHANGE * largest else f"the load changes by {change:.3g} of {largest:.3g} only"
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several distances, shape (shapes, 1, rows)."""
         return super().scan(conditions, shapes) * self._needed(conditions.load, "a load column")

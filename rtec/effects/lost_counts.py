@@ -72,7 +72,6 @@ class LostCounts(ScannedEffect):
         return sorted({shape, *(StepShape(moment) for moment in near.tolist())}, key=_moment)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several moments, shape (shapes, 1, rows)."""
         time = self._needed(conditions.time_s, "a time column")
         moments = np.array([_moment(shape) for shape in shapes])
         after: Floats = (time > moments[:, None]).astype(np.float64)

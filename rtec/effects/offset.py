@@ -25,5 +25,4 @@ class Offset(Effect):
     name = "offset"
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return a column of ones, shape (rows, 1)."""
         return np.ones((conditions.rows, 1))

@@ -44,10 +44,8 @@ class PitchMap(Effect):
     name = "pitch_map"
     shape_type = MapShape
     is_map = True
-    contains = frozenset({"offset", "scale", "cosine", "cyclic", "interpolation"})
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a map, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them, and what is smooth in time is a drift or a warm-up"
         if closes(conditions):
@@ -58,11 +56,9 @@ class PitchMap(Effect):
         )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return maps of few to many nodes."""
         return [MapShape(nodes) for nodes in node_ladder(conditions)]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return maps of few to many nodes."""
         return self.shapes(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
@@ -70,7 +66,6 @@ class PitchMap(Effect):
         return smooth_columns(conditions.position, own_shape(shape, MapShape).nodes)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the value at each node."""
         return tuple(Amplitude(name, *units.shown) for name in node_names(own_shape(shape, MapShape).nodes))
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:

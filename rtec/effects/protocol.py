@@ -207,8 +207,6 @@ class Effect(abc.ABC):
     """What its only amplitude goes with."""
     over: ClassVar[Over] = Over.POSITION
     """What a picture shows it over."""
-    contains: ClassVar[frozenset[str]] = frozenset()
-    """Simpler effects that are special cases of this one: where they explain the data, they win."""
     data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
     """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
     asks instead."""

@@ -52,7 +52,6 @@ class Quantisation(Effect):
         return [QuantisationShape(step) for step, spread in off.items() if spread > VISIBLE * step]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the rounding error of the positions, shape (rows, 1)."""
         return rounding_error(conditions.position, own_shape(shape, QuantisationShape).step)[:, None]
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:

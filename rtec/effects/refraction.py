@@ -101,11 +101,9 @@ class Refraction(Effect):
     data_checks = (no_weather, one_place)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the temperatures that may be the air's."""
         return air_sensors(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return position times the change of the refractive index, shape (rows, 1)."""
         self._needed(conditions.pressure_hpa, "a pressure column")
         return (conditions.position * change_of_index(conditions, own_shape(shape, SensorShape)))[:, None]
 

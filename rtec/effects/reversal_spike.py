@@ -57,7 +57,6 @@ class ReversalSpike(AfterReversal):
         return (Tunable("distance", distance / 1.5, min(distance * 1.5, top)),)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several distances, shape (shapes, 1, rows)."""
         way = self._needed(conditions.direction, "directions of approach")
         gone = self._needed(conditions.since_reversal, "distances since the last reversal")
         over = np.array([own_shape(shape, SpikeShape).distance for shape in shapes])

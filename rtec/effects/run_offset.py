@@ -41,14 +41,12 @@ class RunOffset(Effect):
     in_time = True
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a zero of each run, or None."""
         count = np.unique(conditions.run).size
         if count == 1:
             return "one run only"
         return None if count <= MOST_RUNS else f"{count} runs: at most {MOST_RUNS}, more are one more kind of noise"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return the runs that there are."""
         return [RunShape(tuple(np.unique(conditions.run).tolist()))]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
@@ -58,5 +56,4 @@ class RunOffset(Effect):
         return found
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the zero of each run but the first."""
         return tuple(Amplitude(f"run_{run}", *units.shown) for run in own_shape(shape, RunShape).runs[1:])

@@ -25,11 +25,9 @@ class Scale(Effect):
     amplitude_per = Per.LENGTH
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show a slope, or None."""
         if conditions.time_is_coordinate:
             return "no positions: time stands for them, and what is proportional to time is a drift"
         return one_place(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the position, shape (rows, 1)."""
         return conditions.position[:, None].astype(float)

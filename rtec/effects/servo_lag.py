@@ -30,5 +30,4 @@ class ServoLag(Effect):
     data_checks = (no_speed,)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the velocity, negative, shape (rows, 1)."""
         return -self._needed(conditions.velocity, "a velocity or feed column")[:, None]

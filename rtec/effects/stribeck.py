@@ -48,7 +48,6 @@ class Stribeck(BuildsUp):
     data_checks = (no_speed, one_way)
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show friction that falls with speed, or None."""
         speeds = _speeds(conditions).size
         few = None if speeds >= FEWEST_SPEEDS else f"{speeds} speeds only: at least {FEWEST_SPEEDS} needed"
         return super().untestable(conditions) or few
@@ -66,7 +65,6 @@ class Stribeck(BuildsUp):
         return self.at_once(conditions)
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return a build-up and none of it."""
         plain = without_build_up(shape)
         return [shape] if plain is None else [plain, shape]
 

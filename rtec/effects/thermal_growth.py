@@ -40,7 +40,6 @@ class ThermalGrowth(FollowsHeat):
     shape_type = GrowthShape
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show growth, or None."""
         if not conditions.temperatures:
             return unchanging(conditions)
         return no_spread(conditions) or unchanging(conditions)

@@ -33,10 +33,8 @@ class ThermalShift(FollowsHeat):
     data_checks = (unchanging,)
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the shape at once and with lags."""
         return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the rise of temperature, shape (rows, 1)."""
         own = own_shape(shape, HeatShape)
         return rise_of(conditions, own.sensor, own.lag)[:, None]

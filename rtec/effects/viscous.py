@@ -33,12 +33,10 @@ class Viscous(Effect):
     not_negative = True
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show friction that grows with speed, or None."""
         one_speed = "one speed each way: not identifiable from dry friction"
         return no_speed(conditions) or (one_speed if one_speed_each_way(conditions) else None)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the velocity, shape (rows, 1)."""
         return self._needed(conditions.velocity, "a velocity or feed column")[:, None].astype(float)
 
 

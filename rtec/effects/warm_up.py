@@ -42,7 +42,6 @@ class WarmUp(ScannedEffect):
     amplitude = "final"
     over = Over.TIME
     shape_type = WarmShape
-    contains = frozenset({"drift"})
     in_time = True
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
 
@@ -58,7 +57,6 @@ class WarmUp(ScannedEffect):
         return (Tunable("time_constant", constant / 1.5, min(constant * 1.5, lasted)),)
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several time constants, shape (shapes, 1, rows)."""
         time = self._needed(conditions.time_s, "a time column")
         constants = np.array([own_shape(shape, WarmShape).time_constant for shape in shapes])
         done: Floats = -np.expm1(-time / constants[:, None])

@@ -39,10 +39,8 @@ class WarmUpGrowth(WarmUp):
     amplitude = "growth"
     amplitude_per = Per.LENGTH
     shape_type = WarmGrowthShape
-    contains = frozenset({"scale"})
 
     def untestable(self, conditions: Conditions) -> str | None:
-        """Return why the data cannot show growth in time, or None."""
         return no_spread(conditions) or super().untestable(conditions)
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
@@ -54,11 +52,9 @@ class WarmUpGrowth(WarmUp):
         return super().tried(conditions, shape) * (2.0 if own_shape(shape, WarmGrowthShape).elsewhere else 1.0)
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the shape fixed at position zero, and elsewhere."""
         return [replace(own_shape(shape, WarmGrowthShape), elsewhere=away) for away in (False, True)]
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several time constants, fixed at position zero, shape (shapes, 1, rows)."""
         return super().scan(conditions, shapes) * conditions.position
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

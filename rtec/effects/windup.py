@@ -118,7 +118,6 @@ class Windup(AfterReversal):
         )
 
     def scan(self, conditions: Conditions, shapes: Sequence[Shape]) -> Floats:
-        """Return the columns of several distances, shape (shapes, 1, rows)."""
         way = self._needed(conditions.direction, "directions of approach")
         gone = self._needed(conditions.since_reversal, "distances since the last reversal")
         own = [own_shape(shape, WindupShape) for shape in shapes]

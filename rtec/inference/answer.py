@@ -10,9 +10,11 @@ import numpy as np
 from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
+from rtec.inference.forms import forms_of
 from rtec.inference.gate import INSEPARABLE
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, by_chance, falls, orthonormal
+from rtec.inference.rules import implausible, misnamed
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.search import Search
 from rtec.inference.space import Choice
@@ -103,7 +105,7 @@ def stood_for(search: Search, model: Scored, other: Scored) -> Effect | None:
     if isinstance(own[0], Probe):
         return own[0] if generic else None
     if not generic:
-        covered = own[0].name in instead[0].contains or instead[0].name in limits_of(own[0])
+        covered = own[0].name in forms_of(instead[0]).contains or instead[0].name in limits_of(own[0])
         return own[0] if covered else None
     cosine = _cosine(search.judge, model, model.choices.index(own), search.space.raw(instead))
     return own[0] if cosine > INSEPARABLE else None
@@ -206,17 +208,17 @@ def tied_models(search: Search, model: Scored, name: str, *, limits: bool = Fals
         names = replacement(model, other)
         if names is None or names[0] != name or other.wrong_sign or search.gate.in_doubt(other):
             continue
-        if any(search.gate.misnamed(other, k) for k in range(len(other.choices))):
+        if any(misnamed(search.gate, other, k) for k in range(len(other.choices))):
             continue
         rival = next(e for e, _ in other.choices if e.name == names[1])
-        special = rival.name in effect.contains or name in rival.contains
+        special = rival.name in forms_of(effect).contains or name in forms_of(rival).contains
         limit, apart = rival.name in limits_of(effect), abs(_spoken(search.judge, other) - own)
         if limit and other.score > model.score:  # likelier although its shapes are paid for
             limit, apart = False, other.score - model.score
         if special or limit is not limits or isinstance(rival, Probe) or apart > EQUAL:
             continue
         k = other.choices.index(newly(other, model, rival.name))
-        if rival.name in found or search.gate.is_idle(other, k) or search.gate.implausible(other, k):
+        if rival.name in found or search.gate.is_idle(other, k) or implausible(search.gate, other, k):
             continue
         if by_chance(search.judge, other, k):
             continue
@@ -314,7 +316,7 @@ def _as_map(search: Search, model: Scored, k: int, name: str) -> Rivalry | None:
     effect, _ = model.choices[k]
     rest = search.neighbours.without(model, k)
     for other in search.neighbours.effects_for(rest):
-        if other.name == name and other.is_map and effect.name not in other.contains:
+        if other.name == name and other.is_map and effect.name not in forms_of(other).contains:
             for shape in search.space.shapes(other)[0]:
                 cosine = _cosine(search.judge, model, k, search.space.raw((other, shape)))
                 if cosine > INSEPARABLE:

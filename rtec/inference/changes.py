@@ -12,6 +12,7 @@ from scipy.special import ndtr
 
 from rtec.inference.compare import Comparison
 from rtec.inference.fit import values_of
+from rtec.inference.forms import forms_of
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, Value
 
@@ -184,7 +185,7 @@ def _alone(term: Term, having: Diagnosis | Comparison, lacking: Diagnosis | Comp
     kin = [
         two.name
         for two in lacking.model.terms
-        if two.name in term.effect.contains or term.name in two.effect.contains
+        if two.name in forms_of(term.effect).contains or term.name in forms_of(two.effect).contains
     ]
     if kin:
         why = f"{kin[0].replace('_', ' ')} stands in its place"

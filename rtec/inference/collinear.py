@@ -6,6 +6,7 @@ import math
 
 from rtec.effects import Effect, effect_named
 from rtec.errors import ArgumentError
+from rtec.inference.forms import forms_of
 from rtec.inference.results import Candidate, Cosines
 
 COLLINEAR = 0.95
@@ -50,7 +51,7 @@ def nested(name: str, other: str) -> bool:
     (True, False)
     """
     pairs = ((effect_or_none(name), other), (effect_or_none(other), name))
-    return any(effect is not None and second in effect.contains for effect, second in pairs)
+    return any(effect is not None and second in forms_of(effect).contains for effect, second in pairs)
 
 
 def tied_groups(candidates: tuple[Candidate, ...]) -> list[tuple[str, ...]]:

@@ -12,6 +12,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats, Shape
 from rtec.errors import ArgumentError
 from rtec.inference.colour import Whitening
+from rtec.inference.forms import forms_of
 from rtec.inference.model import Model, Term
 from rtec.inference.proposals import proposals
 from rtec.inference.results import Value
@@ -278,7 +279,7 @@ def holding_datum(model: Model) -> Model:
 
 def _holder(terms: Sequence[Term]) -> int | None:
     """Return which term holds the datum: the first map of position; None where there is none."""
-    maps = (k for k, term in enumerate(terms) if term.effect.is_map and "offset" in term.effect.contains)
+    maps = (k for k, term in enumerate(terms) if term.effect.is_map and "offset" in forms_of(term.effect).contains)
     return next(maps, None)
 
 

@@ -6,7 +6,7 @@ or that a spike beside a wind-up is a backlash, is knowledge about names, and st
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, replace
@@ -112,6 +112,8 @@ class Forms:
     joins: str = ""
     ranked: Callable[[Conditions], bool] = lambda conditions: True
     """Whether a search ranks it; else it is not identifiable from another effect, or found by other means."""
+    contains: Collection[str] = ()
+    """Simpler effects that are special cases of this one: where they explain the data, they win."""
     at_most: int = 1
     """How many of it a model may hold (several families of periods, steps at several moments)."""
 
@@ -286,19 +288,21 @@ FORMS: Mapping[str, Forms] = MappingProxyType(
         "quantisation": _NEVER_RANKED,
         "cosine": _NEVER_RANKED,
         "gravity": Forms(ranked=lambda conditions: conditions.position_unit != "mm"),
-        "cyclic": replace(_periodic("cyclic", CyclicShape, 3), closer=closer_steps),
+        "cyclic": replace(
+            _periodic("cyclic", CyclicShape, 3), closer=closer_steps, contains=("eccentricity", "interpolation")
+        ),
         "cogging": replace(_periodic("cogging", WavesShape, 4), implausible=no_cogging),
         "eccentricity": Forms(implausible=no_eccentricity),
-        "pitch_map": _MAP,
-        "force_map": _MAP,
-        "backlash_map": replace(_MAP, joined=_one_sided, joins="pitch_map"),
+        "pitch_map": replace(_MAP, contains=("offset", "scale", "cosine", "cyclic", "interpolation")),
+        "force_map": replace(_MAP, contains=("force_offset", "gravity", "cogging")),
+        "backlash_map": replace(_MAP, joined=_one_sided, joins="pitch_map", contains=("backlash", "windup")),
         "windup": Forms(doubtful=_too_sparse, suspects=_unseen_windups, misnamed=_no_windup),
         "reversal_spike": Forms(doubtful=_too_sparse, suspects=_unseen_spikes, misnamed=_no_spike),
         "hysteresis": Forms(misnamed=_no_hysteresis),
         "thermal_shift": _HEAT,
         "thermal_growth": replace(_HEAT, implausible=_no_growth),
-        "warm_up": Forms(doubtful=_brief),
-        "warm_up_growth": Forms(doubtful=_brief, implausible=_no_growth),
+        "warm_up": Forms(doubtful=_brief, contains=("drift",)),
+        "warm_up_growth": Forms(doubtful=_brief, implausible=_no_growth, contains=("scale",)),
         "lost_counts": Forms(doubtful=_takes_time, softer=_spread_out, at_most=3),
         "coulomb": _BUILD_UP,
         "load_friction": _BUILD_UP,

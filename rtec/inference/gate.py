@@ -13,7 +13,7 @@ from rtec.inference.chessboard import Board, HeldOutGain, board_of, gain_between
 from rtec.inference.forms import forms_of, is_asked
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Neighbours
-from rtec.inference.rules import MATTERS, WORTH, Against, objections
+from rtec.inference.rules import MATTERS, WORTH, Against, implausible, objections
 from rtec.inference.scored import Judge, Scored, replaced
 from rtec.inference.space import Space
 
@@ -114,7 +114,7 @@ class Gate:
         for other in self.neighbours.children(rest):
             added = next(i for i, choice in enumerate(other.choices) if choice not in rest.choices)
             name = other.choices[added][0].name
-            if name not in rivals or other.wrong_sign or self.in_doubt(other) or self.implausible(other, added):
+            if name not in rivals or other.wrong_sign or self.in_doubt(other) or implausible(self, other, added):
                 continue
             theirs = self._shown(other, added)
             if own @ theirs > INSEPARABLE * np.linalg.norm(own) * np.linalg.norm(theirs):
@@ -125,18 +125,6 @@ class Gate:
         """Return what effect ``k`` adds, shape (rows,), the constant taken out where it is no effect."""
         added = self.judge.fit(model).contribution(k)
         return added - added.mean() if self.space.has_datum else added
-
-    def implausible(self, model: Scored, k: int) -> str | None:
-        """Return why the fit of an effect of a model is no such effect, whatever it explains, or None."""
-        (effect, shape), fit = model.choices[k], self.judge.fit(model)
-        return forms_of(effect).implausible(self.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
-
-    def misnamed(self, model: Scored, k: int) -> str | None:
-        """Return why an effect of a model has another name beside the others, or None."""
-        fit, (effect, _) = self.judge.fit(model), model.choices[k]
-        sizes = [fit.mean[fit.rows(i)] * fit.parts[i].unit for i in range(len(model.choices))]
-        others = {e.name: size for i, ((e, _), size) in enumerate(zip(model.choices, sizes, strict=True)) if i != k}
-        return forms_of(effect).misnamed(sizes[k], others)
 
     def is_gated(self, model: Scored) -> bool:
         """Return whether every effect of a model has earned its place."""

@@ -103,16 +103,21 @@ def _negative(gate: Gate, model: Scored, k: int) -> str | None:
 def _crowded(gate: Gate, model: Scored, k: int) -> str | None:
     effect, shape = model.choices[k]
     others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
-    finest = min((finest_drawn(s) for e, s in model.choices if effect.name in e.contains), default=np.inf)
+    finest = min((finest_drawn(s) for e, s in model.choices if effect.name in forms_of(e).contains), default=np.inf)
     return forms_of(effect).crowded(gate.space.dataset.conditions, shape, others, finest)
 
 
-def _implausible(gate: Gate, model: Scored, k: int) -> str | None:
-    return gate.implausible(model, k)
+def implausible(gate: Gate, model: Scored, k: int) -> str | None:
+    """Return why the fit of an effect of a model is no such effect, whatever it explains, or None."""
+    (effect, shape), fit = model.choices[k], gate.judge.fit(model)
+    return forms_of(effect).implausible(gate.space.dataset.conditions, shape, fit.mean[fit.rows(k)])
 
 
-def _misnamed(gate: Gate, model: Scored, k: int) -> str | None:
-    return gate.misnamed(model, k)
+def misnamed(gate: Gate, model: Scored, k: int) -> str | None:
+    """Return why an effect of a model has another name beside the others, or None."""
+    fit = gate.judge.fit(model)
+    sizes = {e.name: fit.mean[fit.rows(i)] * fit.parts[i].unit for i, (e, _) in enumerate(model.choices) if i != k}
+    return forms_of(model.choices[k][0]).misnamed(fit.mean[fit.rows(k)] * fit.parts[k].unit, sizes)
 
 
 def _chance(gate: Gate, model: Scored, k: int) -> str | None:
@@ -182,14 +187,14 @@ RULES: tuple[Rule, ...] = (
         earned="In games waves whose amplitude changes along the axis were named as two.",
     ),
     Rule(
-        *("implausible", Against.FORM, _implausible),
+        *("implausible", Against.FORM, implausible),
         asks="Are the amplitudes those of such an effect: a strong first wave, a map slower than any wave, a fixed "
         "point near the axis?",
         earned="In games multiples of the true period were named, and maps that followed a wave; in an audit growth "
         "about a point far beyond the axis.",
     ),
     Rule(
-        *("misnamed", Against.FORM, _misnamed),
+        *("misnamed", Against.FORM, misnamed),
         asks="Has the curve no other name beside the others, as a spike has beside a wind-up?",
         earned="A spike is a backlash less a wind-up: games with one were answered by the other (decision 25).",
     ),

@@ -112,7 +112,7 @@ def test_cosine_is_not_identifiable_and_a_weight_on_a_linear_axis():
 
 @pytest.mark.parametrize("effect", LIBRARY, ids=identity)
 def test_simpler_effects_are_of_the_library_and_observed_alike(effect):
-    for name in effect.contains:
+    for name in forms_of(effect).contains:
         assert effect_named(name).observable is effect.observable
 
 
