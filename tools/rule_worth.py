@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import io
 import itertools
 import json
@@ -181,6 +182,7 @@ def play(evidence: Mapping[str, Sequence[tuple[str, Ask]]], without: Sequence[st
                     known[key] = replace(whole, rule=rule)
                 elif key not in known:
                     known[key] = _asked(rule, title, case, ask)
+                    gc.collect()  # a search holds hundreds of megabytes in circles
                     with path.open("a", encoding="utf-8") as file:
                         file.write(json.dumps(asdict(known[key])) + "\n")
                 found.append(known[key])
