@@ -74,7 +74,6 @@ class Exchanges:
             trial = self.judge.score(replaced(best, k, moved), best)
             if trial.score > best.score:
                 best = trial
-            best = self.gate.plainer(best, k)
         return best
 
     def exchanged(self, model: Scored) -> Scored:

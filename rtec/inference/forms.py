@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rtec.effects import Conditions, CyclicShape, Effect, Floats, HeatShape, MapShape, Shape, WavesShape, effect_named
-from rtec.effects._build_up import BuildsUp, without_build_up
+from rtec.effects._build_up import BuildsUp
 from rtec.effects._smooth import TABLE_TARGETS, smooth_columns
 from rtec.effects.backlash_map import ReversalMapShape
 from rtec.effects.cyclic import closer_steps
@@ -101,8 +101,6 @@ class Forms:
     """Why a fit has another name beside others: by its amplitudes, and theirs by the names of effects."""
     softer: Callable[[Conditions, Shape], Sequence[Shape]] = _no_shapes
     """The same change spread over a while, which a sudden one has to outdo."""
-    plainer: Callable[[Shape], Shape | None] = _nothing
-    """The form without what a shape adds, which it has to outdo on readings held out."""
     regrouped: Callable[[Conditions, Shape], Sequence[Shape]] = _no_shapes
     """Shapes that hold a part of one, in other company: single harmonics of a family, and theirs."""
     closer: Callable[[Conditions, Shape], Sequence[Shape]] = _no_shapes
@@ -280,7 +278,6 @@ def _unseen_spikes(conditions: Conditions) -> Sequence[Shape]:
 _PLAIN = Forms()
 _NEVER_RANKED = Forms(ranked=lambda conditions: False)
 _MAP = Forms(implausible=_no_map)
-_BUILD_UP = Forms(plainer=without_build_up)
 _HEAT = Forms(crowded=_sensor_taken, at_most=3)
 FORMS: Mapping[str, Forms] = MappingProxyType(
     {
@@ -304,8 +301,6 @@ FORMS: Mapping[str, Forms] = MappingProxyType(
         "warm_up": Forms(doubtful=_brief, contains=("drift",)),
         "warm_up_growth": Forms(doubtful=_brief, implausible=_no_growth, contains=("scale",)),
         "lost_counts": Forms(doubtful=_takes_time, softer=_spread_out, at_most=3),
-        "coulomb": _BUILD_UP,
-        "load_friction": _BUILD_UP,
-        "stribeck": replace(_BUILD_UP, closer=partial(BuildsUp.variants, Stribeck())),
+        "stribeck": Forms(closer=partial(BuildsUp.variants, Stribeck())),
     }
 )

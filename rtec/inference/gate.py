@@ -14,7 +14,7 @@ from rtec.inference.forms import forms_of, is_asked
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import Neighbours
 from rtec.inference.rules import MATTERS, WORTH, Against, implausible, objections
-from rtec.inference.scored import Judge, Scored, replaced
+from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Space
 
 INSEPARABLE = 0.99
@@ -136,18 +136,6 @@ class Gate:
             if why is not None:
                 self.refused.setdefault(model.choices[k][0].name, why)
         return self._gated[model]
-
-    def plainer(self, model: Scored, k: int) -> Scored:
-        """Return a model with the plainer form of effect ``k`` unless what was held out asks for its own.
-
-        Where little is repeated, the score follows each start and stop of a log.
-        """
-        effect, shape = model.choices[k]
-        form = forms_of(effect).plainer(shape) if model.choices[k] not in self.neighbours.given else None
-        if form is None:
-            return model
-        instead = self.judge.score(replaced(model, k, (effect, form)), model)
-        return model if self.gain(instead, model).passes else instead
 
     def earned(self, model: Scored) -> Scored:
         """Return a model without the effects that have not earned their place in it, the worst taken out first."""

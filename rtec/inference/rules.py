@@ -144,10 +144,6 @@ def _small(gate: Gate, model: Scored, k: int) -> str | None:
     return f"its contribution is below {MATTERS:g} of the residual" if gate.size(model, k) < MATTERS else None
 
 
-def _plainer(gate: Gate, model: Scored, k: int) -> str | None:
-    return None if gate.plainer(model, k) is model else "a simpler form predicts the held-out readings as well"
-
-
 def _gradual(gate: Gate, model: Scored, k: int) -> str | None:
     effect, shape = model.choices[k]
     for softer in forms_of(effect).softer(gate.space.dataset.conditions, shape):
@@ -217,11 +213,6 @@ RULES: tuple[Rule, ...] = (
         *("size", Against.EVIDENCE, _small),
         asks="Is it 0.15 of the residual beside the others, and without repeats 0.02 of the readings?",
         earned="After 8000 readings a tenth of the noise is certain and of no interest.",
-    ),
-    Rule(
-        *("plainer", Against.EVIDENCE, _plainer),
-        asks="Does friction that builds up predict held-out readings better than friction that is there at once?",
-        earned="Games: where little is repeated, the score follows each start and stop of a log.",
     ),
     Rule(
         *("gradual", Against.EVIDENCE, _gradual),

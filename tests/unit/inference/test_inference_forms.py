@@ -5,17 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import LIBRARY, BuildUpShape, Conditions, CyclicShape, HeatShape, MapShape, WavesShape
+from rtec.effects import LIBRARY, Conditions, CyclicShape, HeatShape, MapShape, WavesShape
 from rtec.effects.backlash_map import BacklashMap, ReversalMapShape
 from rtec.effects.cogging import Cogging
-from rtec.effects.coulomb import Coulomb
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.eccentricity import Eccentricity, EccentricityShape
 from rtec.effects.hysteresis import Hysteresis
 from rtec.effects.lost_counts import LostCounts, StepShape
 from rtec.effects.pitch_map import PitchMap
 from rtec.effects.reversal_spike import ReversalSpike
-from rtec.effects.stribeck import Stribeck, StribeckShape
 from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
 from rtec.effects.warm_up import WarmShape, WarmUp
@@ -270,13 +268,6 @@ def test_a_one_sided_map_may_stand_for_a_map_of_the_axis_and_of_reversals():
     forms = forms_of(BacklashMap()).joined(at(np.arange(9.0)), ReversalMapShape((0.0, 4.0, 8.0)), MapShape())
     assert {shape.side for shape in forms} == {1, -1}
     assert forms_of(BacklashMap()).joins == "pitch_map"
-
-
-def test_the_plainer_friction_is_there_at_once():
-    soft = BuildUpShape(0.5, True)
-    assert (forms_of(Coulomb()).plainer(soft), forms_of(Coulomb()).plainer(BuildUpShape())) == (BuildUpShape(), None)
-    shape = StribeckShape(0.5, True, speed=3.0)
-    assert forms_of(Stribeck()).plainer(shape) == StribeckShape(speed=3.0)
 
 
 def test_what_is_not_ranked_is_found_by_other_means():

@@ -11,10 +11,8 @@ from scipy.special import logsumexp
 from rtec.blind.confusion import seed_of
 from rtec.blind.game import play
 from rtec.blind.lines import the_lines
-from rtec.blind.plan import PLANS
-from rtec.blind.scenario import Scenario
 from rtec.dataset.load import load_dataset
-from rtec.effects import BuildUpShape, Observable, Shape, effect_named
+from rtec.effects import Observable, Shape, effect_named
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
 from rtec.inference.proposals import by_chance
@@ -248,24 +246,6 @@ def test_two_steps_are_as_sure_as_two_steps():
     search, model = found_in(measured(jumps))
     assert model.names == ("lost_counts", "lost_counts")
     assert probabilities(search, model)["lost_counts"] > 0.99
-
-
-@pytest.mark.parametrize(("plan", "gives_way"), [("drive", True), ("soft_drive", False)])
-def test_a_build_up_has_to_foretell_what_was_held_out(plan, gives_way):
-    data = load_dataset(play(Scenario(names=("coulomb",), plan=PLANS[plan]), 1)[0])
-    soft = effect_named("coulomb"), BuildUpShape(0.5, carried=True)
-    search = search_of(data)
-    model = search.judge.score([soft])
-    instead = search.gate.plainer(model, 0)
-    assert (instead is not model) is gives_way
-    why = search.gate.why_not(model, 0)
-    assert "simpler form predicts the held-out readings as well" in why if gives_way else why is None
-    if gives_way:
-        assert instead.choices == ((soft[0], BuildUpShape()),)
-        assert search.gate.plainer(instead, 0) is instead
-        assert search.exchanges.reshaped(model).choices == instead.choices
-    given = search_of(data, [soft])
-    assert given.gate.plainer(given.judge.score([soft]), 0).choices == (soft,)
 
 
 def test_waves_too_long_for_the_data_compete_and_are_never_accepted():
