@@ -46,6 +46,13 @@ def said(capfd, *words):
     return code, *capfd.readouterr()
 
 
+@pytest.mark.usefixtures("plainly")
+@pytest.mark.parametrize(("example", "ends"), [("design_c", 0), ("design_c_bug", 1)])
+def test_the_planted_bug_breaks_what_the_right_design_stands(capfd, example, ends):
+    words = (f"{EXAMPLES / example}.py:DesignC", "--design", "c", "--stream", "01 500ns:r1 500ns:+ 20.7us:end")
+    assert said(capfd, *words)[0] == ends
+
+
 def test_the_step_of_the_example_is_at_most_fifteen_lines():
     lines = (EXAMPLES / "design_c.py").read_text().split('(0: at the next input)."""\n')[1].splitlines()
     assert len([line for line in lines if line.strip()]) <= 15
