@@ -49,7 +49,7 @@ def said(capfd, *words):
 @pytest.mark.usefixtures("plainly")
 @pytest.mark.parametrize(("example", "ends"), [("design_c", 0), ("design_c_bug", 1)])
 def test_the_planted_bug_breaks_what_the_right_design_stands(capfd, example, ends):
-    words = (f"{EXAMPLES / example}.py:DesignC", "--design", "c", "--stream", "01 500ns:r1 500ns:+ 20.7us:end")
+    words = (f"{EXAMPLES / example}.py:DesignC", "--design", "c", "--stream", "10 200ns:r-1 400ns:- 20.8us:end")
     assert said(capfd, *words)[0] == ends
 
 
