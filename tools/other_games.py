@@ -30,6 +30,7 @@ from tools.other_worlds import (
     IN_TIME,
     NEEDS,
     NOISES,
+    OF_DRIVES,
     OF_FORCE,
     OF_POSITION,
     OUTSIDE_AT_REST,
@@ -70,6 +71,17 @@ TOLD = ("NAMED", "LIKELY", "TIED")
 WAVES = ("cyclic", "eccentricity", "interpolation")
 BINS = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 RISE = 1.01
+OFTEN = ("drift", "warm_up", "warm_up_growth", "lost_counts", "run_offset", "backlash", "scale", "force_offset")
+SELDOM = (
+    "windup",
+    "reversal_spike",
+    "hysteresis",
+    "interpolation",
+    "acceleration_lag",
+    "load_friction",
+    "refraction",
+)
+"""Effects that many plans can show, and few: drawn less and more often."""
 MAPPED = (*IN_TIME, "inertia", "viscous")
 """Effects that must also differ from a smooth curve along the axis."""
 USELESS = ("random_value", "constant_value", "counter_value", "copy_value", "temperature_office_degc")
@@ -81,8 +93,8 @@ class Game:
 
     Parameters
     ----------
-    group, index
-        What sort of game, and its number among the games of a seed.
+    group, seed, index
+        What sort of game, the seed, and its number among the games of the seed.
     planted
         Effects of the library, each visible.
     outside
@@ -94,6 +106,7 @@ class Game:
     """
 
     group: str
+    seed: int
     index: int
     planted: tuple[str, ...]
     outside: str
@@ -109,7 +122,7 @@ def game_of(seed: int, index: int) -> Game:
     rng = np.random.default_rng([seed, index])
     group = ROUND[index % len(ROUND)]
     while True:
-        found = _drawn(rng, group, index)
+        found = _drawn(rng, group, seed, index)
         if found is not None:
             return found
 
@@ -118,19 +131,19 @@ def _plan(rng: Rng, group: str) -> Plan:
     if group.endswith("log"):
         return in_motion(rng, str(rng.choice(["log", "drive"])))
     if group == "null" and rng.random() < 0.3:
-        return in_motion(rng, "log")
+        return in_motion(rng, str(rng.choice(["log", "drive"])))
     if "log of" in group:
         return in_motion(rng, "drive" if "drive" in group else "log")
     if group == "known warm":
         return at_rest(rng, "warm")
     kinds = ("rest", "scan", "dense", "fine", "weather", "fly", "held", "warm")
-    shares = [0.38, 0.14, 0.14, 0.06, 0.08, 0.08, 0.12, 0.0]
+    shares = [0.34, 0.14, 0.13, 0.08, 0.14, 0.07, 0.1, 0.0]
     if not group.startswith("known"):
         shares = [0.5, 0.15, 0.15, 0.0, 0.05, 0.05, 0.0, 0.1]
     return at_rest(rng, str(rng.choice(kinds, p=shares)))
 
 
-def _drawn(rng: Rng, group: str, index: int) -> Game | None:
+def _drawn(rng: Rng, group: str, seed: int, index: int) -> Game | None:
     plan = _plan(rng, group)
     sigma = _sigma(rng, plan)
     sort = str(rng.choice(NOISES))
@@ -164,6 +177,7 @@ def _drawn(rng: Rng, group: str, index: int) -> Game | None:
         seen[rows] += sigma * rng.uniform(6, 40, wrong) * rng.choice([-1.0, 1.0], wrong)
     return Game(
         group=group,
+        seed=seed,
         index=index,
         planted=() if outside else tuple(sorted(planted)),
         outside=outside,
@@ -194,7 +208,9 @@ def _planted(rng: Rng, plan: Plan, chance: Sequence[Array], sigma: float) -> dic
     """Return the contributions of one to four effects that can be seen and told apart, in noise RMS; or none."""
     library = OF_FORCE if plan.of_force else OF_POSITION
     facts, columns = dict(plan.facts), {}
-    for name in sorted(library, key=lambda name: rng.random() * (1.8 if name in IN_TIME else 1)):
+    for name in sorted(
+        library, key=lambda name: rng.random() * (1.8 if name in OFTEN else 0.5 if name in SELDOM else 1)
+    ):
         plan.facts = dict(facts)
         column = library[name](rng, plan)
         if column is not None and (np.std(column) > 0 or name == "force_offset"):
@@ -244,6 +260,8 @@ def _sized(
             found[name] *= sign
         elif name not in POSITIVE and name != "asymmetric_friction":
             found[name] *= rng.choice([-1.0, 1.0])
+    if not plan.moving and factors.get("backlash", math.inf) < 0.3 * factors.get("windup", 0):
+        return {}  # a wind-up with an overshoot
     slope = factors.get("viscous", math.inf)
     return {} if factors.get("asymmetric_friction", 0) > 0.9 * slope else found  # friction never drives
 
@@ -266,10 +284,10 @@ def _from_outside(rng: Rng, plan: Plan) -> tuple[str, Array | None]:
     name = str(rng.choice(sorted(library)))
     column = library[name](rng, plan)
     column = column - column.mean()
-    needs_runs = any(word in name for word in ("run", "start"))
-    if (needs_runs and plan.run[-1] < 3) or ("backlash" in name and np.ptp(plan.d) < 1):
-        return name, None
-    if not plan.returns or (plan.places < 40 and any(word in name for word in BY_PLACE)):
+    along = any(word in name for word in BY_PLACE)
+    if not plan.moving and (not plan.returns or (plan.places < 40 if along else plan.run[-1] < 3)):
+        return name, None  # time would be a matter of place, or a map could hold it
+    if (name in OF_DRIVES and not plan.of_force) or ("backlash" in name and np.ptp(plan.d) < 1):
         return name, None
     if name == "resonance at a feed" and plan.kind != "fly":
         return name, None
@@ -407,6 +425,7 @@ def played(game: Game, folder: Path, *, useless: bool = False) -> dict[str, Any]
     path.write_text(with_useless(game.text, game.index) if useless else game.text, encoding="utf-8")
     answer = answer_to(path)
     record = {
+        "seed": game.seed,
         "index": game.index,
         "useless": useless,
         "group": game.group,
@@ -429,7 +448,7 @@ def wilson(count: int, of: int) -> tuple[float, float]:
     z = 1.959964
     share, more = count / of, z * z / of
     half = z * math.sqrt(share * (1 - share) / of + more / (4 * of))
-    return (share + more / 2 - half) / (1 + more), (share + more / 2 + half) / (1 + more)
+    return max(0.0, (share + more / 2 - half) / (1 + more)), (share + more / 2 + half) / (1 + more)
 
 
 def share(count: int, of: int) -> str:
@@ -495,21 +514,29 @@ def calibration(records: Sequence[dict[str, Any]]) -> list[tuple[object, ...]]:
     ]
 
 
-def mistakes(records: Sequence[dict[str, Any]], most: int = 15) -> list[tuple[object, ...]]:
+def mistakes(records: Sequence[dict[str, Any]], most: int = 20) -> list[tuple[object, ...]]:
     """Return what was answered wrong most often: what was there, what was said instead, how often, and one game."""
-    kinds: dict[tuple[str, str], list[int]] = defaultdict(list)
+    kinds: dict[tuple[str, str], list[dict[str, Any]]] = defaultdict(list)
     for one in records:
         result = judged(one["planted"], one["outside"], one["answer"])
         if one["useless"] or result["right"]:
             continue
-        if not one["planted"]:
-            kinds[one["outside"] or "noise", "named " + " + ".join(result["wrong"])].append(one["index"])
-        for name in result["missed"]:
-            kinds["with " + name, "missed"].append(one["index"])
-        for name in result["wrong"] if one["planted"] else ():
-            kinds["known", "named " + name].append(one["index"])
+        there = " + ".join(result["missed"]) or one["outside"] or ("noise" if not one["planted"] else "other effects")
+        named = " + ".join(result["wrong"])
+        kinds[there, f"named {named}" if named else "rises" if result["rises"] else "missed"].append(one)
     listed = sorted(kinds.items(), key=lambda item: (-len(item[1]), item[0]))[:most]
-    return [(there, said, len(games), games[0]) for (there, said), games in listed]
+    return [
+        (
+            there,
+            said,
+            len(games),
+            ", ".join(
+                f"{verdict} {count}" for verdict, count in Counter(one["answer"]["verdict"] for one in games).items()
+            ),
+            ", ".join(str(one["index"]) for one in games[:3]),
+        )
+        for (there, said), games in listed
+    ]
 
 
 def page(records: Sequence[dict[str, Any]], games: int, seed: int) -> str:
@@ -522,6 +549,7 @@ def page(records: Sequence[dict[str, Any]], games: int, seed: int) -> str:
         games=games,
         seed=seed,
         rows=rows(records),
+        rises=sum(bool(judged(one["planted"], one["outside"], one["answer"])["rises"]) for one in plain),
         useless=useless_row(records),
         calibration=calibration(records),
         mistakes=mistakes(records),
@@ -549,7 +577,8 @@ def main() -> int:
     given = parser.parse_args()
     records = []
     if given.resume and given.resume.exists():
-        records = [json.loads(line) for line in given.resume.read_text(encoding="utf-8").splitlines()]
+        kept = map(json.loads, given.resume.read_text(encoding="utf-8").splitlines())
+        records = [one for one in kept if one["seed"] == given.seed and one["index"] < given.games]
     done = {(one["index"], one["useless"]) for one in records}
     with TemporaryDirectory() as temporary:
         folder = given.keep or Path(temporary)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -64,6 +65,11 @@ class Plan:
         return self.kind in ("log", "drive")
 
     @property
+    def closes(self) -> bool:
+        """Whether it is about one turn, over which a smooth curve is a wave."""
+        return self.rotary and 270 <= self.span <= 540
+
+    @property
     def returns(self) -> bool:
         """Whether places are passed again, so that time and position are apart."""
         return self.moving or self.run[-1] > 1 or float(np.ptp(self.d)) > 1
@@ -94,7 +100,7 @@ def _targets(rng: Rng, span: float, number: int) -> Array:
         return even
     if sort == "jitter":
         return np.round(even + rng.uniform(-0.35, 0.35, number) * span / (number - 1), 3)
-    return np.round(np.sort(rng.uniform(0, span, number)), 3)
+    return np.round(np.sort(np.concatenate([[0, span], rng.uniform(0, span, number - 2)])), 3)
 
 
 def at_rest(rng: Rng, kind: str) -> Plan:
@@ -110,7 +116,7 @@ def at_rest(rng: Rng, kind: str) -> Plan:
     """
     rotary = bool(rng.random() < 0.3) and kind not in ("fine", "weather")
     span = float(rng.choice([180, 360, 360, 720, 1080])) if rotary else float(np.round(between(rng, 80, 3000)))
-    runs = int(rng.integers(1, 11)) if kind in ("rest", "dense") else 1
+    runs = int(between(rng, 1, 11)) if kind in ("rest", "dense") else 1
     number = int(between(rng, 5, 60))
     if kind in ("scan", "held", "dense"):
         number = int(between(rng, 60, 200) if kind != "dense" else between(rng, 25, 60))
@@ -123,20 +129,15 @@ def at_rest(rng: Rng, kind: str) -> Plan:
         runs, number = int(rng.integers(12, 60)), int(rng.integers(2, 8))
     targets = _targets(rng, span, number) if kind != "fine" else np.linspace(0, span, number)
     both = bool(rng.random() < 0.75) or kind == "dense"
-    while len(targets) * runs * (1 + both) > 400 and runs > 1:
-        runs -= 1
-    up, down = np.arange(number), np.arange(number)[::-1]
-    order = np.tile(np.concatenate([up, down]) if both else up, runs)
-    x, run = targets[order], np.repeat(np.arange(1, runs + 1), number * (1 + both)).astype(float)
-    d = np.tile(np.repeat([1.0, -1.0], number) if both else np.ones(number), runs)
-    start = np.where(d > 0, targets[0], targets[-1])
+    runs = min(max(runs, math.ceil(8 / (number * (1 + both)))), max(1, 400 // (number * (1 + both))))
+    x, d, run, r = _tour(rng, targets, runs, both=both, free=kind == "rest")
     pause = between(rng, 1, 900) if kind != "warm" else between(rng, 60, 600)
     clock = bool(rng.random() < 0.6) or kind == "warm"
     t = np.cumsum(np.full(len(x), rng.uniform(3, 30)) * (rng.uniform(0.8, 1.4, len(x)) if clock else 1))
     if clock:
         t += pause * (run - 1) + (86400 * (run - 1) if kind == "weather" else 0)
     zero = np.zeros(len(x))
-    plan = Plan(kind=kind, rotary=rotary, x=x, d=d, run=run, t=t - t[0], r=np.abs(x - start), v=zero, a=zero)
+    plan = Plan(kind=kind, rotary=rotary, x=x, d=d, run=run, t=t - t[0], r=r, v=zero, a=zero)
     if clock:
         plan.columns[str(rng.choice(["time_s", "time_min", "time_h"]))] = plan.t
     if runs > 1 or rng.random() < 0.5:
@@ -147,6 +148,25 @@ def at_rest(rng: Rng, kind: str) -> Plan:
         plan.facts["scale_signal_period"] = f"{period * 1000:g} um"
     _conditions(rng, plan, runs, clock=clock)
     return plan
+
+
+def _tour(rng: Rng, targets: Array, runs: int, *, both: bool, free: bool) -> tuple[Array, Array, Array, Array]:
+    """Return positions, directions, runs and distances since the reversal."""
+    number = len(targets)
+    up, size = np.arange(number), number * (1 + both)
+    run = np.repeat(np.arange(1, runs + 1), size).astype(float)
+    sort = rng.choice(["there and back", "steps", "any order"], p=[0.7, 0.15, 0.15]) if free else "there and back"
+    if sort == "any order":
+        order = np.concatenate([rng.permutation(np.tile(up, 1 + both)) for _ in range(runs)])
+        way = np.diff(targets[order], prepend=-np.inf if order[0] else targets[0] - 1)
+        d = np.where(way == 0, 1.0, np.sign(way))
+        return targets[order], d, run, np.abs(np.where(np.isfinite(way), way, 1))
+    if sort == "steps" and both:
+        x, d = targets[np.tile(np.repeat(up, 2), runs)], np.tile([1.0, -1.0], number * runs)
+        return x, d, run, np.full(len(x), float(np.ptp(targets)) / number)
+    x = targets[np.tile(np.concatenate([up, up[::-1]]) if both else up, runs)]
+    d = np.tile(np.repeat([1.0, -1.0], number) if both else np.ones(number), runs)
+    return x, d, run, np.abs(x - np.where(d > 0, targets[0], targets[-1]))
 
 
 def _conditions(rng: Rng, plan: Plan, runs: int, *, clock: bool) -> None:
@@ -184,9 +204,15 @@ def _heat(rng: Rng, plan: Plan) -> None:
         plan.columns[f"temperature_{name}_{unit}"] = seen * 1.8 + 32 if unit == "degf" else seen
 
 
+def _within(plan: Plan) -> Array:
+    """Return the share of a run that has passed."""
+    size = int(np.sum(plan.run == 1))
+    return np.arange(len(plan.x)) % size / size
+
+
 def _weather(rng: Rng, plan: Plan, runs: int) -> None:
     day = plan.run.astype(int) - 1
-    pressure = np.round(rng.uniform(980, 1030, runs)[day] + rng.normal(0, 0.2, len(day)), 1)
+    pressure = np.round(rng.uniform(980, 1030, runs)[day] + rng.uniform(-6, 6, runs)[day] * _within(plan), 1)
     celsius = np.round(rng.uniform(19, 22, runs)[day] + rng.normal(0, 0.05, len(day)), 2)
     humid = np.round(rng.uniform(30, 65, runs)[day], 0)
     plan.columns |= {"pressure_hpa": pressure, "temperature_air_degc": celsius, "humidity_percent": humid}
@@ -240,7 +266,9 @@ def in_motion(rng: Rng, kind: str) -> Plan:
     )
     plan.columns["time_s" if rng.random() < 0.7 else "time_ms"] = np.arange(rows) * step
     if rng.random() < 0.35:
-        plan.columns["velocity_deg_s" if rotary else "velocity_mm_s"] = plan.v + rng.normal(0, 0.002 * fast, rows)
+        blur = rng.normal(0, 0.002 * fast, rows)
+        seen = plan.v + (np.repeat(blur[::2], 2)[:rows] if twice else blur)
+        plan.columns["velocity_deg_s" if rotary else "velocity_mm_s"] = seen
     if kind == "drive" and rng.random() < 0.3:
         loads = rng.choice([5.0, 20, 40, 80], moves)
         plan.load = loads[np.clip(np.searchsorted(begins, plan.t, side="right") - 1, 0, moves - 1)]
@@ -366,10 +394,10 @@ def _when(good: bool, column: Callable[[], Array]) -> Array | None:
 
 OF_POSITION: dict[str, Callable[[Rng, Plan], Array | None]] = {
     "scale": lambda g, p: p.x,
-    "pitch_map": lambda g, p: _when(p.places >= 9 and p.kind != "fine", lambda: _curve(g, p)),
+    "pitch_map": lambda g, p: _when(p.places >= 9 and p.kind != "fine" and not p.closes, lambda: _curve(g, p)),
     "cyclic": lambda g, p: None if p.kind == "fine" else _cyclic(g, p),
     "backlash": lambda g, p: _when(_both(p), lambda: p.d),
-    "backlash_map": lambda g, p: _when(_both(p) and p.places >= 9, lambda: p.d * (1 + _curve(g, p))),
+    "backlash_map": lambda g, p: _when(_both(p) and p.places >= 9 and not p.closes, lambda: p.d * (1 + _curve(g, p))),
     "windup": lambda g, p: None if (e := _after(g, p)) is None else p.d * (1 - e),
     "reversal_spike": lambda g, p: None if (e := _after(g, p)) is None else p.d * e,
     "hysteresis": _springs,
@@ -419,6 +447,7 @@ CLASHES = (
     {"reversal_spike", "backlash_map"},
     {"thermal_growth", "thermal_shift"},
     {"eccentricity", "pitch_map"},
+    {"warm_up", "warm_up_growth"},
     {"eccentricity", "cyclic"},
     {"gravity", "force_map"},
     {"hysteresis", "reversal_spike"},
@@ -451,7 +480,7 @@ def rivals(plan: Plan) -> dict[str, Array]:
         found[f"warm_up {lag}"] = (1 - np.exp(-t / lag))[:, None]
         found[f"warm_up_growth {lag}"] = (x * (1 - np.exp(-t / lag)))[:, None]
     for name, heat in plan.heat.items():
-        found |= {f"thermal_shift {name}": heat[:, None], f"thermal_growth {name}": np.stack([heat, x * heat], 1)}
+        found |= {f"thermal_shift {name}": heat[:, None], f"thermal_growth {name}": (x * heat)[:, None]}
     if 1 < plan.run[-1] <= 10:
         found["run_offset"] = (plan.run[:, None] == np.unique(plan.run)[None]).astype(float)
     if plan.air is not None:
@@ -517,7 +546,9 @@ OUTSIDE_AT_REST: dict[str, Callable[[Rng, Plan], Array]] = {
     "local dent": lambda g, p: np.exp(-(((p.x / p.span - g.uniform(0.2, 0.8)) / g.uniform(0.01, 0.025)) ** 2)),
     "jump of the pitch": lambda g, p: (p.x > p.span * g.uniform(0.25, 0.75)).astype(float),
     "missing teeth": _teeth,
-    "cable drag with memory": lambda g, p: _memory(p.x / p.span + g.uniform(-1, 1) * p.d, g.uniform(0.6, 0.95)),
+    "cable drag with memory": lambda g, p: _memory(
+        p.x * g.uniform(0, 1, 99)[p.run.astype(int)], g.uniform(0.8, 0.97)
+    ),
     "thermostat": lambda g, p: np.abs((p.t / p.t[-1] * g.uniform(6, 14)) % 2 - 1),
     "chaotic creep": lambda g, p: _chaos(len(p.x), int(g.integers(2, 8))),
     "mode switch": lambda g, p: p.x * _part(p, g.uniform(0.2, 0.4), g.uniform(0.55, 0.8)),
@@ -535,8 +566,9 @@ OUTSIDE_AT_REST: dict[str, Callable[[Rng, Plan], Array]] = {
     "backlash that wears by the run": lambda g, p: p.d * (p.run - 1) ** 1.5,
     "backlash of odd runs": lambda g, p: p.d * (p.run % 2),
     "backlash by the clock": lambda g, p: p.d * np.sin(TAU * p.t / p.t[-1] * g.uniform(1, 3)),
-    "settling after each start of a run": lambda g, p: np.exp(
-        -_since(np.diff(p.run, prepend=0) > 0, p.t) / (p.t[-1] / p.run[-1] * g.uniform(0.05, 0.2))
+    "settling after rests of each length": lambda g, p: (
+        g.uniform(-0.5, 2, 99)[p.run.astype(int)]
+        * np.exp(-_since(np.diff(p.run, prepend=0) > 0, p.t) / (p.t[-1] / p.run[-1] * g.uniform(0.05, 0.2)))
     ),
     "random telegraph": _telegraph,
     "scale of odd runs": lambda g, p: p.x * (-1) ** p.run,
@@ -547,6 +579,8 @@ OUTSIDE_AT_REST: dict[str, Callable[[Rng, Plan], Array]] = {
     ),
     "reading clipped": lambda g, p: np.clip(p.x / p.span + g.uniform(0.6, 1.4) * p.t / p.t[-1] - 1, -0.3, 0.25),
 }
+OF_DRIVES = ("friction by place", "impact after each reversal", "friction that falls with heat")
+"""Of a force only: a deviation of such a course has a name."""
 BY_PLACE = ("dent", "pitch", "teeth", "beats", "wave", "parity")
 """Courses along the axis: too fast for a map only where there are many places."""
 OUTSIDE_IN_MOTION: dict[str, Callable[[Rng, Plan], Array]] = {

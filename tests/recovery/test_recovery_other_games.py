@@ -140,8 +140,8 @@ def test_the_page_counts():
     assert rows(records)[0][4] == "50%"
     assert calibration(records) == [("0.95 to 0.99", 3, calibration(records)[0][2])]
     assert calibration(records)[0][2].startswith("1 (33%;")
-    assert ("hunting", "named drift", 1, 2) in mistakes(records)
-    assert ("with scale", "missed", 1, 1) in mistakes(records)
+    assert ("hunting", "named drift", 1, "LIKELY 1", "2") in mistakes(records)
+    assert ("scale", "named drift", 1, "UNKNOWN 1", "1") in mistakes(records)
     text = page(records, 3, 0)
     assert "0 (0%; 0% to 79%) of 1 games" in text
 
