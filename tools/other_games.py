@@ -459,6 +459,18 @@ def share(count: int, of: int) -> str:
     return f"{count} ({count / of:.0%}; {low:.0%} to {high:.0%})"
 
 
+def counts(record: dict[str, Any]) -> bool:
+    """Whether a game has one answer only.
+
+    Runs a day apart make an offset of a run of every course in time; reversals at two places make a map of a wind-up
+    or a spike, where a pitch map acts as well.
+    """
+    plan, planted = record["detail"]["plan"], set(record["planted"])
+    if record["outside"] and plan == "weather":
+        return False
+    return plan == "log" or not (planted & {"windup", "reversal_spike"} and "pitch_map" in planted)
+
+
 def line_of(record: dict[str, Any]) -> str:
     """Return the line of the table in which a record counts."""
     if record["group"] == "known at rest":
@@ -521,9 +533,12 @@ def mistakes(records: Sequence[dict[str, Any]], most: int = 20) -> list[tuple[ob
         result = judged(one["planted"], one["outside"], one["answer"])
         if one["useless"] or result["right"]:
             continue
-        there = " + ".join(result["missed"]) or one["outside"] or ("noise" if not one["planted"] else "other effects")
-        named = " + ".join(result["wrong"])
-        kinds[there, f"named {named}" if named else "rises" if result["rises"] else "missed"].append(one)
+        for name in result["missed"]:
+            kinds[name, "missed"].append(one)
+        for name in result["wrong"]:
+            kinds[one["outside"] or ("known effects" if one["planted"] else "noise"), f"named {name}"].append(one)
+        if result["rises"]:
+            kinds["any", "a step raises the RMS"].append(one)
     listed = sorted(kinds.items(), key=lambda item: (-len(item[1]), item[0]))[:most]
     return [
         (
@@ -543,11 +558,14 @@ def page(records: Sequence[dict[str, Any]], games: int, seed: int) -> str:
     """Return the page in Markdown."""
     from rtec.report.rendering import markdown_page
 
+    left_out = sum(not counts(one) for one in records if not one["useless"])
+    records = [one for one in records if counts(one)]
     plain = [one for one in records if not one["useless"]]
     return markdown_page(
         TEMPLATE,
         games=games,
         seed=seed,
+        left_out=left_out,
         rows=rows(records),
         rises=sum(bool(judged(one["planted"], one["outside"], one["answer"])["rises"]) for one in plain),
         useless=useless_row(records),

@@ -13,6 +13,7 @@ from tools.other_games import (
     USELESS,
     Z_SEEN,
     calibration,
+    counts,
     game_of,
     judged,
     mistakes,
@@ -116,13 +117,14 @@ def test_the_judge(planted, outside, given, right):
     assert judged(planted, outside, given)["right"] is right
 
 
-def record(index, planted, outside, given, group="known warm", *, useless=False):
+def record(index, planted, outside, given, group="known warm", *, useless=False, plan="warm"):
     return {
         "index": index,
         "useless": useless,
         "group": group,
         "planted": planted,
         "outside": outside,
+        "detail": {"plan": plan},
         "answer": given,
     }
 
@@ -141,9 +143,26 @@ def test_the_page_counts():
     assert calibration(records) == [("0.95 to 0.99", 3, calibration(records)[0][2])]
     assert calibration(records)[0][2].startswith("1 (33%;")
     assert ("hunting", "named drift", 1, "LIKELY 1", "2") in mistakes(records)
-    assert ("scale", "named drift", 1, "UNKNOWN 1", "1") in mistakes(records)
+    assert ("scale", "missed", 1, "UNKNOWN 1", "1") in mistakes(records)
     text = page(records, 3, 0)
     assert "0 (0%; 0% to 79%) of 1 games" in text
+
+
+@pytest.mark.parametrize(
+    ("planted", "outside", "plan", "counted"),
+    [
+        (["windup"], "", "dense", True),
+        (["windup", "pitch_map"], "", "dense", False),
+        (["windup", "pitch_map"], "", "log", True),
+        (["refraction"], "", "weather", True),
+        ([], "thermostat", "weather", False),
+        ([], "thermostat", "rest", True),
+    ],
+)
+def test_games_with_two_right_answers_do_not_count(planted, outside, plan, counted):
+    one = record(0, planted, outside, answer("NAMED", "drift"), plan=plan)
+    assert counts(one) is counted
+    assert f"{1 - counted} games do not count" in page([one], 1, 0)
 
 
 def test_a_game_is_played_and_kept(tmp_path):
@@ -156,7 +175,7 @@ def test_a_game_is_played_and_kept(tmp_path):
 
 def test_the_published_page_counts_enough_games():
     text = PAGE.read_text(encoding="utf-8")
-    counts = [
+    numbers = [
         int(one) for one in re.findall(r"^\| (?:known|outside|null)[^|]*\| (\d+) \| \d+ \(", text, re.MULTILINE)
     ]
-    assert sum(counts) >= 200
+    assert sum(numbers) >= 200
