@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.terminals import Terminal
+
 # one thread for each small matrix: several would wait for each other, above all where two test runs share a machine;
 # numpy reads it once
 for library in ("OPENBLAS", "OMP", "MKL"):
@@ -53,3 +55,17 @@ def no_word_of_compiling():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtec.cli._console.LONG", {})
         yield
+
+
+@pytest.fixture
+def terminal(tmp_path):
+    """Start programs of rtec, each in a terminal of its own."""
+    opened = []
+
+    def start(*words):
+        opened.append(Terminal(tmp_path, *words))
+        return opened[-1]
+
+    yield start
+    for each in opened:
+        each.close()

@@ -19,7 +19,12 @@ BOTH = [
     UNIT + "axis/test_axis_encoder.py",
     *(UNIT + f"link/test_{name}_kernels.py" for name in ("crc", "frame", "bus")),
 ]
-LONG = ["drift", "cruise", "gives_the_edges", "triangular", "as_often", "chunks", "crowds", "three_axes"]
+ONCE = {"X1": "GUESS", "X2": "IGNORE", "X4": "FAULT"}
+"""Each multiplication with one of the policies, where both are tried with each other compiled."""
+LONG = [
+    "drift", "cruise", "gives_the_edges", "triangular", "as_often", "chunks", "crowds", "three_axes",
+    *(f"{by}-IllegalPolicy.{policy}" for by in ONCE for policy in ONCE.values() if policy != ONCE[by]),
+]  # fmt: skip
 MODES = {
     # the long ones are left out; draws of random bits wrap on purpose, of which numpy warns uncompiled
     "NUMBA_DISABLE_JIT": [

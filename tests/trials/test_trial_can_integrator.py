@@ -4,7 +4,6 @@ import os
 import re
 import shlex
 import signal
-import subprocess
 import sys
 import time
 
@@ -13,60 +12,11 @@ import cantools
 import pytest
 from crc_oracle import frame_checksum
 
+from tests.terminals import PATIENCE_S
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-PATIENCE_S = 120.0
 CYCLE_S = 0.1
 CYCLE = ("--cycle", "100ms")  # a busy machine lets a process wait
-
-
-class Terminal:
-    """A program in a terminal of its own, and what it has said so far."""
-
-    def __init__(self, folder, *words):
-        self.file = folder / f"said-{time.monotonic_ns()}"
-        with self.file.open("wb") as said:
-            self.process = subprocess.Popen(
-                [sys.executable, "-u", "-m", "rtec", *words],
-                cwd=folder,
-                stdin=subprocess.PIPE,
-                stdout=said,
-                stderr=subprocess.STDOUT,
-            )
-
-    @property
-    def said(self):
-        return self.file.read_text(encoding="utf-8")
-
-    def wait_for(self, text):
-        end_s = time.monotonic() + PATIENCE_S
-        while text not in self.said:
-            assert time.monotonic() < end_s and self.process.poll() is None, f"no {text!r} in {self.said}"
-            time.sleep(0.02)
-
-    def type(self, text):
-        self.process.stdin.write(f"{text}\n".encode())
-        self.process.stdin.flush()
-
-    def ended(self, number=None):
-        if number is not None:
-            self.process.send_signal(number)
-        return self.process.wait(PATIENCE_S)
-
-
-@pytest.fixture
-def terminal(tmp_path):
-    opened = []
-
-    def start(*words):
-        opened.append(Terminal(tmp_path, *words))
-        return opened[-1]
-
-    yield start
-    for each in opened:
-        if each.process.poll() is None:
-            each.process.kill()
-        each.process.wait()
-        each.process.stdin.close()
 
 
 class HerPc:
@@ -179,11 +129,3 @@ def test_a_pc_of_her_own_is_answered_as_documented_and_its_log_is_played_again(t
     assert theirs.ended(signal.SIGINT) == 0
     box.type("quit")
     assert box.ended() == 0
-
-
-def test_a_wrong_order_of_a_script_is_told_with_its_line_and_ends_with_1(rtec):
-    script = "go 12 mm\ngo far\nfault cable-opne\nquit\n"
-    done = rtec("box", "--channel", f"script-{os.getpid()}", "--stand", code=1, input=script)
-    told = [line for line in done.stderr.splitlines() if "was not done" in line]
-    assert len(told) == 2 and "line 2 of the orders, 'go far'" in told[0]
-    assert "line 3 of the orders, 'fault cable-opne'" in told[1] and "did you mean 'cable-open'?" in told[1]

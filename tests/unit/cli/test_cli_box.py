@@ -5,16 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
 from rtec.cli import main
-
-PATIENCE_S = 300.0
-"""A fresh machine compiles first."""
+from tests.terminals import PATIENCE_S
 
 
 def run_box(capsys, *words):
@@ -76,101 +73,32 @@ def test_bad_words_are_refused_in_one_line(capsys, monkeypatch, tmp_path, words,
     assert len(lines) == 1 and said in lines[0], err
 
 
-def test_a_line_in_use_is_refused(capsys):
-    from rtec.link.pseudo_terminal import Line
-
-    with Line(name=f"busy-{os.getpid()}"):
-        assert main(["box", "--channel", f"busy-{os.getpid()}", "--duration", "1s"]) == 2
-    assert "the name is in use by process" in capsys.readouterr().err
-
-
-class Child:
-    """A process of rtec, its lines read as they come."""
-
-    def __init__(self, *words):
-        self.process = subprocess.Popen(
-            [sys.executable, "-u", "-m", "rtec", *words],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
-        self.said = ""
-        os.set_blocking(self.process.stdout.fileno(), False)
-
-    def listen(self):
-        try:
-            while data := os.read(self.process.stdout.fileno(), 65536):
-                self.said += data.decode()
-        except BlockingIOError:
-            pass
-
-    def wait_for(self, text):
-        end_s = time.monotonic() + PATIENCE_S
-        while text not in self.said:
-            self.listen()
-            assert time.monotonic() < end_s, f"never said {text!r}: {self.said}"
-            if self.process.poll() is not None:
-                self.listen()
-                assert text in self.said, f"ended without {text!r}: {self.said}"
-            time.sleep(0.02)
-
-    def type(self, text):
-        self.process.stdin.write(f"{text}\n".encode())
-        self.process.stdin.flush()
-
-    def end(self, number):
-        self.process.send_signal(number)
-        code = self.process.wait(PATIENCE_S)
-        self.listen()
-        return code
-
-
-@pytest.fixture
-def child():
-    children = []
-
-    def start(*words):
-        children.append(Child(*words))
-        return children[-1]
-
-    yield start
-    for each in children:
-        if each.process.poll() is None:
-            each.process.kill()
-        each.process.wait()
-        each.process.stdin.close()
-        each.process.stdout.close()
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_two_terminals(child):
+def test_two_terminals(terminal):
     """Box and PC in two processes, each killed once: the other says what happened, and both get going again."""
     line = ["--channel", f"pair-{os.getpid()}", "--cycle", "100ms"]
-    box = child("box", *line)
+    box = terminal("box", *line)
     box.wait_for("not homed: at home it waits for a PC")
-    pc = child("pc", *line)
+    pc = terminal("pc", *line)
     pc.wait_for("every axis is homed and corrected")
     box.wait_for("corrections follow the PC's requests")
-    pc.end(signal.SIGKILL)
+    pc.ended(signal.SIGKILL)
     box.wait_for("stopped for good, hold contact open: no valid request from the PC")
-    refused = child("pc", *line)
-    refused.wait_for("start with --reset")
-    assert refused.process.wait(PATIENCE_S) == 1
     box.type("home")
     box.wait_for("order: home")
-    pc = child("pc", *line, "--reset")
+    pc = terminal("pc", *line, "--reset")
     pc.wait_for("every axis is homed and corrected")
-    box.end(signal.SIGKILL)
+    box.ended(signal.SIGKILL)
     pc.wait_for("BOX_SILENT")
     assert "the line is gone: the box's program has ended or was killed" in pc.said
-    assert pc.process.wait(PATIENCE_S) == 1
-    pc = child("pc", *line)
+    assert pc.ended() == 1
+    pc = terminal("pc", *line)
     pc.wait_for("waiting up to")  # a box that comes later
-    box = child("box", *line)
+    box = terminal("box", *line)
     pc.wait_for("every axis is homed and corrected")
-    assert pc.end(signal.SIGTERM) == 0
+    assert pc.ended(signal.SIGTERM) == 0
     box.wait_for("a PC on the bus holds the machine")
-    assert box.end(signal.SIGINT) == 0
+    assert box.ended(signal.SIGINT) == 0
     assert "ended: Ctrl-C" in box.said
     assert not Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"), "rtec", line[1]).exists()
 
@@ -205,19 +133,6 @@ def test_the_ways_in_are_those_of_the_interface(monkeypatch, tmp_path, interface
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     bus = BusWords(interface=interface, channel=channel, bitrate=rate)
     assert [line.replace(str(tmp_path / "rtec"), "FAR") for line in bus.ways_in("PC")] == said
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_the_line_for_python_hears_the_box(child):
-    """What the box prints is typed as it stands into a program of the user's."""
-    import can
-
-    box = child("box", "--channel", f"python-{os.getpid()}")
-    box.wait_for("not homed")
-    line = next(line for line in box.said.splitlines() if "or in Python: " in line).split("or in Python: ")[1]
-    with eval(line, {"can": can}) as bus:  # noqa: S307 - the line that is printed to be copied
-        heard = {bus.recv(PATIENCE_S).arbitration_id for _ in range(8)}
-    assert {0x101, 0x181, 0x281, 0x301} <= heard
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

@@ -17,16 +17,6 @@ MECHANISMS = {
 }
 
 
-@pytest.fixture
-def image(tmp_path):
-    def written(text):
-        path = tmp_path / "mine.hex"
-        path.write_text(text)
-        return str(path)
-
-    return written
-
-
 def test_json_is_one_document_with_the_keys_relied_on(said, tmp_path, answer):
     figure = tmp_path / "envelope.png"
     words = ["--design", "original", "--processor", "8051-12mhz", "--figure", str(figure)]
@@ -96,7 +86,3 @@ def test_bad_arguments_are_one_line(refused, words, named):
     err = refused(*words)
     assert named in err
     assert "Traceback" not in err
-
-
-def test_a_broken_image_is_one_line(refused, image):
-    assert "checksum" in refused("--design", "c", "--image", image(":0200000080FE81\n:00000001FF\n"))

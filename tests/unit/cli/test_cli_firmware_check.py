@@ -130,14 +130,6 @@ def test_a_program_that_never_answers_has_no_figure(tmp_path, said):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"), [(":0200000080FE81\n:00000001FF\n", "checksum 81"), ("\x7fELF", "an ELF file")]
-)
-def test_a_damaged_file_is_one_line(tmp_path, refused, text, says):
-    (tmp_path / "bad.hex").write_text(text)
-    assert says in refused("check", tmp_path / "bad.hex", "--design", "c")
-
-
-@pytest.mark.parametrize(
     ("words", "says"),
     [
         (["--design", "d"], "--design: 'd'"),

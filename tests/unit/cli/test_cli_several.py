@@ -22,15 +22,6 @@ def files(tmp_path):
     return tmp_path / "before.csv", tmp_path / "after.csv"
 
 
-def test_diagnose_says_what_differs(answer, files):
-    document = answer(*files)
-    assert [one["file"] for one in document["files"]] == ["before.csv", "after.csv"]
-    (backlash,) = [one for one in document["changes"] if one["effect"] == "backlash"]
-    assert backlash["outcome"] == "differs"
-    assert abs(backlash["difference"]) == pytest.approx(9.0, abs=0.3)
-    assert {one["outcome"] for one in document["changes"] if one["effect"] == "scale"} == {"same"}
-
-
 def test_compare_shows_them_beside_each_other_and_writes_a_page_of_all(files, tmp_path, capsys):
     (tmp_path / "m.toml").write_text('observe = "deviation"\n[[effect]]\nname = "backlash"\n')
     report = tmp_path / "report"

@@ -1,5 +1,6 @@
 """The Python interface: the process behind it, compiled and not, and what ends it."""
 
+import sys
 import textwrap
 import time
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from rtec.conformance import _python_child, python_class
+from rtec.conformance._python_child import load
 from rtec.conformance._python_compiled import record_of
 from rtec.conformance.python_class import PythonClass
 from rtec.conformance.streams import Stream
@@ -20,22 +22,40 @@ MOTION = "00 1us:+ 2us:r1 3us:+ 3.2us:- 5us:r-1 9us:- 50us:end"
 
 
 @pytest.fixture
-def algorithm(tmp_path, monkeypatch):
-    """Open a class X with these lines in its step, or a whole file; the compiler takes seconds in each process."""
-    opened = []
+def mine(tmp_path):
+    """Write a file with a class X with these lines in its step, or a whole file."""
 
-    def of(body, *, whole=False, compiled=False):
-        monkeypatch.setenv("NUMBA_DISABLE_JIT", str(int(not compiled)))
+    def of(body, *, whole=False):
         file = tmp_path / "mine.py"
         head = "class X:\n    n = 0\n    def step(self, t_ps, ab, requested):\n"
         text = textwrap.dedent(body).strip("\n")
         file.write_text(text if whole else head + textwrap.indent(text, " " * 8))
-        opened.append(PythonClass(file, "X"))
+        return file
+
+    return of
+
+
+@pytest.fixture
+def algorithm(mine, monkeypatch):
+    """Open such a file; the compiler takes seconds in each process."""
+    opened = []
+
+    def of(body, *, whole=False, compiled=False):
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", str(int(not compiled)))
+        opened.append(PythonClass(mine(body, whole=whole), "X"))
         return opened[-1]
 
     yield of
     for one in opened:
         one.close()
+
+
+@pytest.fixture
+def loaded(mine, monkeypatch):
+    """Load such a file into this process, as its own would: each takes half a second to start."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setitem(sys.modules, "algorithm", None)
+    return lambda body, *, whole=False: load(mine(body, whole=whole), "X")
 
 
 def play(algorithm, *texts):
@@ -49,7 +69,7 @@ def same(ours, theirs):
     )
 
 
-@pytest.mark.parametrize("kind", [designs.Original, mutants.BCountsEdges])
+@pytest.mark.parametrize("kind", [pytest.param(designs.Original, marks=pytest.mark.sweep), mutants.BCountsEdges])
 def test_compiled_code_with_methods_gives_what_python_gives(kind):
     stimuli = [Stream.read(MOTION).stimulus(), Stream.read("10 400ns:r1 0.5us:- 0.7us:+ 20us:r0 90us:end").stimulus()]
     plain = InProcess(kind).play(stimuli)
@@ -148,16 +168,22 @@ def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
         ("return self.step(t_ps, ab, requested)", "step raised RecursionError"),
         ("return (1, 2)[ab + 5], 0, 0", "step raised IndexError: tuple index out of range in mine.py, line 4"),
         ("self.n = self.n // ab\nreturn ab, 0, 0", "step raised ZeroDivisionError"),
-        ("return input(), 0, 0", "step raised EOFError"),
         ("raise KeyboardInterrupt", "step raised KeyboardInterrupt in mine.py, line 4"),
     ],
 )
-def test_what_no_algorithm_may_do_is_a_break_with_the_reason(algorithm, body, reason):
-    otherwise_compiled = any(part in body for part in ("10**30", "[ab + 5]", "// ab", "return 7"))
-    (response,) = play(algorithm(body, compiled=otherwise_compiled), MOTION)
+def test_what_no_algorithm_may_do_is_a_break_with_the_reason(loaded, body, reason):
+    algorithm = InProcess(loaded(body))
+    if any(part in body for part in ("10**30", "[ab + 5]", "// ab", "return 7")):
+        algorithm.player.compile()
+    (response,) = play(algorithm, MOTION)
     assert reason in response.broken.reason
     assert "\n" not in response.broken.reason
     assert not response.broken.ended
+
+
+def test_it_cannot_ask_whoever_started_it(algorithm):
+    (response,) = play(algorithm("return input(), 0, 0"), MOTION)
+    assert "step raised EOFError" in response.broken.reason
 
 
 @pytest.mark.parametrize(
@@ -179,12 +205,12 @@ def test_what_ends_its_process_is_a_break_and_no_more_is_played(algorithm, body,
 
 
 def test_what_never_returns_is_ended(algorithm, monkeypatch):
-    monkeypatch.setattr(python_class, "SILENT_S", 5.0)
+    monkeypatch.setattr(python_class, "SILENT_S", 2.0)
     endless = algorithm("while t_ps > 1_000_000:\n    self.n += 1\nreturn ab, 0, 0")
     process = endless._process
     began = time.monotonic()
     broken, other = play(endless, MOTION, MOTION)
-    assert broken.broken.reason == "step did not return within 5 s"
+    assert broken.broken.reason == "step did not return within 2 s"
     assert broken.broken.time_ps == 2_000_000
     assert other.broken.ended
     assert time.monotonic() - began < 60.0
@@ -264,29 +290,35 @@ def is_running(process):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("class X\n", "mine.py: line 1: expected ':'"),
-        ("import nonesuch\n", "mine.py: line 1: ModuleNotFoundError: No module named 'nonesuch'"),
-        (f"class Y:{STEP}", "mine.py: there is no class X; its classes with a step: Y"),
-        ("class Y:\n    pass\n", "mine.py: there is no class X; it has no class with a step"),
-        ("X = 3\n", "mine.py: X is no class with a method step(self, t_ps, ab, requested)"),
-        ("class X:\n    def step(self, ab):\n        pass\n", "mine.py: X.step takes 1 arguments"),
-        (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "mine.py: X() raised TypeError"),
-        ("import os\nos._exit(5)\n", "it ended its process with code 5 while the file is loaded"),
-        ("raise SystemExit(3)\n", "mine.py: line 1: SystemExit: 3"),
+        ("class X\n", "line 1: expected ':'"),
+        ("import nonesuch\n", "line 1: ModuleNotFoundError: No module named 'nonesuch'"),
+        (f"class Y:{STEP}", "there is no class X; its classes with a step: Y"),
+        ("class Y:\n    pass\n", "there is no class X; it has no class with a step"),
+        ("X = 3\n", "X is no class with a method step(self, t_ps, ab, requested)"),
+        ("class X:\n    def step(self, ab):\n        pass\n", "X.step takes 1 arguments"),
+        (f"class X:\n    def __init__(self, a):\n        pass{STEP}", "X() raised TypeError"),
+        ("raise SystemExit(3)\n", "line 1: SystemExit: 3"),
         (f"class X:\n    def __init__(self):\n        raise SystemExit(3){STEP}", "X() raised SystemExit: 3"),
-        ("\0", "mine.py: source code string cannot contain null bytes"),
+        ("\0", "source code string cannot contain null bytes"),
     ],
 )  # fmt: skip
-def test_a_file_that_cannot_be_used_is_an_error_in_one_line(algorithm, text, reason):
-    with pytest.raises(RtecError) as caught:
-        algorithm(text, whole=True)
+def test_a_file_that_cannot_be_used_is_an_error_in_one_line(loaded, text, reason):
+    with pytest.raises(ImportError) as caught:
+        loaded(text, whole=True)
     assert reason in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_no_such_file(tmp_path):
-    with pytest.raises(RtecError, match="no such file"):
-        PythonClass(tmp_path / "none.py", "X")
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("class X\n", r"^mine.py: line 1: expected ':'$"),
+        ("import os\nos._exit(5)\n", "it ended its process with code 5 while the file is loaded$"),
+    ],
+)
+def test_what_its_process_says_of_the_file_is_told(algorithm, text, reason):
+    with pytest.raises(RtecError, match=reason):
+        algorithm(text, whole=True)
 
 
 def test_closing_ends_the_process(algorithm):

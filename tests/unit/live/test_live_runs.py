@@ -77,15 +77,6 @@ def test_orders_move_the_axis_and_end_the_run(together):
     assert "order: quit" in told.values() or any(text == "order: quit" for _, text in texts(events))
 
 
-def test_an_order_that_is_none_is_said_and_nothing_ends(together):
-    pair = together()
-    ended, events = box_run(pair, [(0.1, "hone"), (0.1, "axis 7 home"), (0.2, "quit")])
-    said = [text for _, text in texts(events) if text.startswith("not done")]
-    assert ended == "quit"
-    assert "did you mean 'home'?" in said[0]
-    assert "axis: 7" in said[1]
-
-
 def test_a_fault_is_told_in_words(together):
     pair = together()
     _, events = box_run(pair, [(0.3, "go 40 mm"), (1.0, "fault lines-swapped"), (2.0, "quit")])

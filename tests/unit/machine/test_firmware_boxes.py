@@ -9,11 +9,10 @@ from rtec.link._bus_kernels import bits_of
 from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, Trigger
 from rtec.machine.station import Move, Station, StationSettings
-from rtec.requester.pc_node import PcNode
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.status import BoxState, Status
-from rtec.requester.supervision import HoldReason, SupervisionLimits
-from tests.machines import SLOPE, box_of
+from rtec.requester.supervision import HoldReason
+from tests.machines import SLOPE, box_of, requester, talk
 
 US, MS, S = 10**6, 10**9, 10**12
 MCS51 = Microcontroller.named("8051-12mhz")
@@ -30,23 +29,6 @@ def run(*faults, design=Design.C, axes=1, until_ps=4 * S, firmware=True):
     cell = Cell(stations, moves, SLOPE, faults=faults)
     cell.run(until_ps=until_ps)
     return cell
-
-
-def requester(design, **others):
-    return PcNode(
-        HandshakeSettings(), SupervisionLimits(), axis=1, predictor=SLOPE, count_mm=0.001,
-        step_counts=design.step_counts, word_limit=design.word_limit, **others,
-    )  # fmt: skip
-
-
-def talk(station, pc, until_ps):
-    """Run an axis and its PC, frames without delay."""
-    while station.now_ps < until_ps:
-        for at_ps, frame in station.advance(until_ps=station.now_ps + MS):
-            pc.receive(frame, at_ps=at_ps)
-        if pc.due_ps <= station.now_ps:
-            for frame in pc.turn(at_ps=station.now_ps):
-                station.receive(frame)
 
 
 @pytest.mark.parametrize("design", list(Design))

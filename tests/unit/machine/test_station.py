@@ -10,10 +10,8 @@ from rtec.injector import Design, InjectorSettings, RealEdges, Timing
 from rtec.machine.faults import FaultKind
 from rtec.machine.station import Move, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
-from rtec.requester.pc_node import PcNode
-from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import BoxState
-from rtec.requester.supervision import SupervisionLimits
+from tests.machines import requester, talk
 
 US, MS = 10**6, 10**9
 SLOPE = UnidirectionalTable(positions_mm=[-1.0, 0.0, 9.0], errors_mm=[0.0, 0.0, 0.27], backlash_mm=0.0)
@@ -26,18 +24,16 @@ def slow(design):
     return StationSettings(injector=InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD))
 
 
-def talk(station, pc, until_ps, look_ps=100 * US):
-    """Run an axis and its PC, frames without delay, and collect the levels on both sides."""
+def levels_of(station, pc, until_ps):
+    """Run an axis and its PC, and collect the levels on both sides every 100 us."""
     state = station._state
     lines, lines_out = [int(state.lines)], [int(state.injector.ab_out)]
-    while station.now_ps < until_ps:
-        for at_ps, frame in station.advance(until_ps=station.now_ps + look_ps):
-            pc.receive(frame, at_ps=at_ps)
-        if pc.due_ps <= station.now_ps:
-            for frame in pc.turn(at_ps=station.now_ps):
-                station.receive(frame)
+
+    def looked():
         lines.append(int(state.lines))
         lines_out.append(int(state.injector.ab_out))
+
+    talk(station, pc, until_ps, 100 * US, looked)
     return lines, lines_out
 
 
@@ -47,18 +43,11 @@ def decoded(levels):
     return sum(step for step in steps if step != oracle.ILLEGAL), steps.count(oracle.ILLEGAL)
 
 
-def requester(design):
-    return PcNode(
-        HandshakeSettings(), SupervisionLimits(), axis=1, predictor=SLOPE, count_mm=0.001,
-        step_counts=design.step_counts, word_limit=design.word_limit,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("design", [Design.ORIGINAL, Design.A, Design.C])
 def test_the_counts_are_those_of_a_plain_decoder(design):
     station = Station(slow(design), [Move(target_mm=0.5, speed_mm_s=0.5, rest_s=100.0)])
-    pc = requester(design)
-    lines, lines_out = talk(station, pc, 1300 * MS)
+    pc = requester(design, SLOPE)
+    lines, lines_out = levels_of(station, pc, 1300 * MS)
     view = station.view
     true, illegal = decoded(lines)
     counted, illegal_out = decoded(lines_out)
@@ -74,8 +63,8 @@ def test_the_counts_are_those_of_a_plain_decoder(design):
 def test_the_home_switch_knows_nothing_of_the_cable():
     station = Station(slow(Design.C), [Move(target_mm=5.0, speed_mm_s=5.0)])
     station.begin(FaultKind.LINE_BROKEN)
-    pc = requester(Design.C)
-    talk(station, pc, 100 * MS, look_ps=MS)
+    pc = requester(Design.C, SLOPE)
+    talk(station, pc, 100 * MS)
     assert station.view.box_state is BoxState.RUNNING
 
 

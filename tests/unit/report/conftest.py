@@ -179,3 +179,11 @@ def make_row():
 @pytest.fixture(scope="session")
 def make_result():
     return study_result
+
+
+@pytest.fixture
+def out(tmp_path):
+    """Return an empty folder for a report."""
+    place = tmp_path / "out"
+    place.mkdir()
+    return place

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +15,7 @@ from rtec.metrology import AxisFacts, read_measurement
 from rtec.report import folder as folder_module
 from rtec.report.drawn import Illustration
 from rtec.report.folder import write_report
-
-XHTML = "{http://www.w3.org/1999/xhtml}"
-
-
-@pytest.fixture
-def out(tmp_path):
-    place = tmp_path / "out"
-    place.mkdir()
-    return place
+from tests.pages import XHTML, files_in, needs_nothing_else, page_of, text_of
 
 
 @pytest.fixture
@@ -34,25 +25,12 @@ def quick(monkeypatch):
     monkeypatch.setattr(folder_module, "illustrations", lambda *_: [drawn])
 
 
-def _page(path: Path) -> ET.Element:
-    """Return the page as a tree; that it can be read as XML says that every tag is closed."""
-    return ET.fromstring(path.read_text("utf-8").removeprefix("<!DOCTYPE html>"))  # noqa: S314 - our own page
-
-
-def _text(element: ET.Element) -> str:
-    return " ".join("".join(element.itertext()).split())
-
-
-def _files(place: Path) -> set[str]:
-    return {path.relative_to(place).as_posix() for path in place.rglob("*") if path.is_file()}
-
-
 def test_all_files_are_there_and_the_page_needs_nothing_else(make_result, out):
     page = write_report(make_result(), out)
     assert page == out / "report.html"
     figures = ("summary", "positioning", "cyclic", "residual", "feed", "waveform", "hold")
     rows = ("uncompensated", "original", "c")
-    assert _files(out) == {
+    assert files_in(out) == {
         "report.html",
         "result.json",
         "rows.csv",
@@ -62,23 +40,15 @@ def test_all_files_are_there_and_the_page_needs_nothing_else(make_result, out):
         *(f"readings/{name}.{ending}" for name in rows for ending in ("csv", "dat")),
     }
     assert len(list(out.iterdir())) == 7  # no hidden folder is left
-    tree = _page(page)
     assert page.stat().st_size < 6_000_000
-    sources = [element.get("src") for element in tree.iter() if element.get("src")]
-    assert len(sources) == 7 and all(source.startswith("data:image/svg+xml;base64,") for source in sources)
-    assert not list(tree.iter(f"{XHTML}script")) and not list(tree.iter(f"{XHTML}link"))
-    files = _files(out)
-    links = {element.get("href") for element in tree.iter(f"{XHTML}a")}
-    anchors = {f"#{element.get('id')}" for element in tree.iter() if element.get("id")}
-    assert links <= files | anchors and files - links == {"report.html"}
-    assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/1999/xhtml)", page.read_text("utf-8"))
+    needs_nothing_else(page, 7)
 
 
 @pytest.mark.usefixtures("quick")
 def test_the_table_on_the_page_holds_the_rows_numbers(make_result, out):
-    tree = _page(write_report(make_result(), out))
+    tree = page_of(write_report(make_result(), out))
     body = tree.find(f".//*[@id='table']//{XHTML}tbody")
-    cells = [[_text(cell) for cell in row] for row in body]
+    cells = [[text_of(cell) for cell in row] for row in body]
     assert [row[0] for row in cells] == ["Uncompensated", "Original", "C"]
     assert [row[3] for row in cells] == ["100.0", "8.0", "4.0"]  # twice the mean error of each
     assert all(row[1] == "OK" for row in cells)
@@ -88,9 +58,10 @@ def test_the_table_on_the_page_holds_the_rows_numbers(make_result, out):
 
 @pytest.mark.usefixtures("quick")
 def test_the_verdict_names_the_best_design_and_what_it_leaves(make_result, out):
-    verdict = _page(write_report(make_result(), out)).find(".//*[@id='verdict']")
+    verdict = page_of(write_report(make_result(), out)).find(".//*[@id='verdict']")
     assert re.fullmatch(
-        r"Design C leaves 4\.\d µm of 109\.9 µm maximum average error; every count is accounted for\.", _text(verdict)
+        r"Design C leaves 4\.\d µm of 109\.9 µm maximum average error; every count is accounted for\.",
+        text_of(verdict),
     )
     assert verdict.get("class") == "good"
 
@@ -102,16 +73,16 @@ def test_a_failing_audit_is_seen_at_once(make_result, make_row, out):
         make_row("a", 0.001, audit_counts=-4),
         make_row("b", 0.001, ending=Ending.HELD),
     )
-    tree = _page(write_report(make_result(rows=rows), out))
+    tree = page_of(write_report(make_result(rows=rows), out))
     verdict = tree.find(".//*[@id='verdict']")
     assert verdict.get("class") == "bad"
     assert (
-        _text(verdict)
+        text_of(verdict)
         == "Not every count is accounted for: Design A is off by −4 counts; Design B was held by the PC."
     )
     body = tree.find(f".//*[@id='table']//{XHTML}tbody")
     assert [row.get("class") for row in body] == [None, "bad", "bad"]
-    assert _text(body[1][1]) == "off by −4 counts" and "alarm" in body[1][1].get("class")
+    assert text_of(body[1][1]) == "off by −4 counts" and "alarm" in body[1][1].get("class")
 
 
 @pytest.mark.usefixtures("quick")
@@ -166,7 +137,7 @@ def test_an_interruption_while_moving_puts_everything_back(make_result, out, mon
     with pytest.raises((OutputError, KeyboardInterrupt)):
         write_report(make_result(), out)
     assert moves > failing_move or failing_move == 1
-    assert _files(out) == {"report.html", "figures/mine.png"}
+    assert files_in(out) == {"report.html", "figures/mine.png"}
     assert (out / "report.html").read_text() == "older"
 
 
@@ -181,7 +152,7 @@ def test_a_study_with_almost_nothing_in_it(make_result, make_row, out):
     result = make_result(
         rows=rows, feed_curves=(), hold_curves=(), waveforms=(), limits=(), facts=(), period_mm=None, warnings=()
     )
-    tree = _page(write_report(result, out))
-    assert _text(tree.find(".//*[@id='verdict']")) == "Every count is accounted for."
+    tree = page_of(write_report(result, out))
+    assert text_of(tree.find(".//*[@id='verdict']")) == "Every count is accounted for."
     assert not (out / "waveforms").exists()
     assert tree.find(".//*[@id='limits']") is None and tree.find(".//*[@id='warnings']") is None

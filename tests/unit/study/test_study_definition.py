@@ -175,50 +175,41 @@ def test_a_model_file_is_a_predictor_without_what_changes_in_time(tmp_path):
     assert [(left.effect, left.why) for left in study.left_out] == [("drift", "it changes with time or temperature")]
 
 
+BAD_MODELS = [
+    (MODEL.replace("deviation", "force"), ["m.toml", "not to 'force'"]),
+    ('observe = "force"\n', ["FILE: predictor.model", "force in mm", "a deviation in mm"]),
+    (MODEL.replace('backlash = "-80 um"', ""), ["FILE: predictor.model", "backlash without numbers"]),
+    (MODEL.replace("-80 um", "-80 deg"), ["m.toml", "backlash", "deg"]),
+    (MODEL.replace('"backlash"', '"backlsh"'), ["m.toml", "backlash"]),
+    ("[[[", ["m.toml"]),
+    (None, ["m.toml", "no such file"]),
+]
+BAD_TABLES = [
+    (None, ["bad.csv", "no such file"]),
+    ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
+    (
+        "position_mm,forward_um,reverse_um\n0,20,0\n1100,20,0\n",
+        ["FILE: axis.error", "not below the forward error"],
+    ),
+    ("position_mm,forward_mm,reverse_mm\n0,0,1\n1,-2,1\n1100,0,1\n", ["FILE: axis.error", "falls"]),
+    (
+        "position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n",
+        ["FILE: program.end", "the range of the axis's error"],
+    ),
+]
+
+
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("name", "section", "text", "said"),
     [
-        (MODEL.replace("deviation", "force"), ["m.toml", "not to 'force'"]),
-        ('observe = "force"\n', ["FILE: predictor.model", "force in mm", "a deviation in mm"]),
-        (MODEL.replace('backlash = "-80 um"', ""), ["FILE: predictor.model", "backlash without numbers"]),
-        (MODEL.replace("-80 um", "-80 deg"), ["m.toml", "backlash", "deg"]),
-        (MODEL.replace('"backlash"', '"backlsh"'), ["m.toml", "backlash"]),
-        ("[[[", ["m.toml"]),
-        (None, ["m.toml", "no such file"]),
+        *(("m.toml", '[predictor]\nmodel = "m.toml"\n', *bad) for bad in BAD_MODELS),
+        *(("bad.csv", '[axis]\nerror = "bad.csv"\n', *bad) for bad in BAD_TABLES),
     ],
 )
-def test_model_files_that_are_no_predictor_are_refused(tmp_path, text, said):
+def test_files_that_cannot_be_used_are_refused(tmp_path, name, section, text, said):
     if text is not None:
-        (tmp_path / "m.toml").write_text(text)
-    path = written(tmp_path, '[predictor]\nmodel = "m.toml"\n')
-    with pytest.raises(RtecError) as caught:
-        read_study(path)
-    message = str(caught.value).replace(str(path), "FILE")
-    assert "\n" not in message
-    for words in said:
-        assert words in message
-
-
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        (None, ["bad.csv", "no such file"]),
-        ("position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n400,50,90\n", ["bad.csv, line 4", "400"]),
-        (
-            "position_mm,forward_um,reverse_um\n0,20,0\n1100,20,0\n",
-            ["FILE: axis.error", "not below the forward error"],
-        ),
-        ("position_mm,forward_mm,reverse_mm\n0,0,1\n1,-2,1\n1100,0,1\n", ["FILE: axis.error", "falls"]),
-        (
-            "position_mm,forward_um,reverse_um\n0,0,20\n500,30,60\n",
-            ["FILE: program.end", "the range of the axis's error"],
-        ),
-    ],
-)
-def test_bad_tables_are_refused(tmp_path, table, said):
-    if table is not None:
-        (tmp_path / "bad.csv").write_text(table)
-    path = written(tmp_path, '[axis]\nerror = "bad.csv"\n')
+        (tmp_path / name).write_text(text)
+    path = written(tmp_path, section)
     with pytest.raises(RtecError) as caught:
         read_study(path)
     message = str(caught.value).replace(str(path), "FILE")
