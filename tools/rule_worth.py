@@ -48,7 +48,7 @@ SAME = {"eccentricity": "cyclic", "interpolation": "cyclic"}
 ALWAYS = ("sign", "by chance", "worth")
 """Rules that are asked elsewhere, too, or that look at other models on the way."""
 RAISES, SIGNIFICANT = 1.01, 0.01
-_BAD = 2
+_BAD, _STOPPED = 2, 128
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +81,9 @@ def answer(file: Path, observe: str | None, options: Sequence[str]) -> dict[str,
     said = io.StringIO()
     words = ["diagnose", str(file), "--json", *([] if observe is None else ["--observe", observe]), *options]
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(io.StringIO()):
-        rtec(words)
+        code = rtec(words)
+    if code >= _STOPPED:
+        raise KeyboardInterrupt
     try:
         document: dict[str, Any] = json.loads(said.getvalue())
     except ValueError:

@@ -186,7 +186,7 @@ RULES: tuple[Rule, ...] = (
         *("implausible", Against.FORM, implausible),
         asks="Are the amplitudes those of such an effect: a strong first wave, a map slower than any wave, a fixed "
         "point near the axis?",
-        earned="An audit: growth was named about a point far beyond the axis; without it 15 of 159 answers have "
+        earned="An audit: growth was named about a point far beyond the axis; without it 14 of 159 answers have "
         "other names.",
     ),
     Rule(
