@@ -146,7 +146,7 @@ class Search:
     def _sorted_out(
         self, ranked: Sequence[Scored], best: Mapping[bool, Scored], most: int
     ) -> tuple[list[Scored], list[Scored]]:
-        """Return the best models whose every effect has earned its place, ``most`` at most, and the best that may yet.
+        """Return at most ``most`` best models whose every effect has earned its place, and the best that may yet.
 
         Of those with a probe, and of those without one.
         """

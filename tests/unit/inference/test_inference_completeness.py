@@ -105,7 +105,7 @@ def test_what_was_given_is_tested_too(size, doubted):
 
 
 def in_any_order(error, seed=1):
-    """Four runs over 25 uneven places, each approached twice in drawn order; ``error(x, way, moved, since)`` in mm."""
+    """Four runs over 25 uneven places, each twice, in drawn order; ``error(x, way, moved, since)`` in mm."""
     rng = np.random.default_rng(seed)
     x = np.concatenate([rng.permutation(np.repeat(np.sort(rng.uniform(0.0, 300.0, 25)), 2)) for _ in range(4)])
     run = np.repeat([1, 2, 3, 4], 50)
