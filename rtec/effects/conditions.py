@@ -235,9 +235,9 @@ def distance_since_reversal(
 
     Arguments and result are of shape (rows,), the result in the unit of the positions.
 
-    The axis turns where it was read last, or a little beyond; while it is ``moving``, at the first sample in the other
-    direction. The first reading of a run counts as one just after a reversal, and so does one that does not lie in its
-    direction from the last: the program overshoots and comes back.
+    The axis turns where it was read last, or a little beyond; while it is ``moving``, at the first sample in the
+    other direction. The first reading of a run counts as one just after a reversal, and so does one that does not lie
+    in its direction from the last: the program overshoots and comes back.
 
     Examples
     --------

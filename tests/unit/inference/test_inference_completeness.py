@@ -127,3 +127,10 @@ def test_in_any_order_of_targets_a_wind_up_is_told_from_an_error_of_the_last_mov
     moved = diagnose(in_any_order(lambda x, way, moved, since: 0.006 * way * np.sqrt(moved / 100.0)))
     assert moved.verdict is Verdict.UNKNOWN
     assert "direction" in moved.unknown.depends_on
+
+
+def test_a_reversal_error_that_varies_is_no_backlash_that_leaves_a_trend():
+    """Neither is 3 nats likelier: the simpler one would be the answer if it left nothing."""
+    varies = diagnose(measured(lambda x, way, t, run: way * (4.0 + 0.7 * np.cos(x / 300.0 * np.pi)) / 1e3,
+                               runs=4, targets=30, seed=4))  # fmt: skip
+    assert (varies.verdict, varies.effects) == (Verdict.NAMED, ("backlash_map",))

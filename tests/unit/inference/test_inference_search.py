@@ -347,3 +347,12 @@ def test_a_wave_of_less_than_two_steps_has_to_explain_more_of_the_targets_than_c
     best = max(short, key=lambda m: m.score)
     assert best.score > judge.score([]).score + WORTH, "by the readings alone it would be a wave"
     assert by_chance(judge, best, 0) is expected
+
+
+def test_two_effects_that_a_third_resembles_are_found_together():
+    """A screw that grows beside its scale: after the one or the other, a growth in time explains more than either."""
+    t = 10.0 * np.arange(100)
+    heat = {"scale": 20.5 + 2.5 * (1.0 - np.exp(-t / 400.0)), "motor": 21.0 + 3.0 * (1.0 - np.exp(-t / 250.0))}
+    grown = lambda x, way, t, run: 1e-4 * x * (heat["scale"] - 20.0) - 2.4e-4 * x
+    data = measured(grown, bidirectional=False, targets=20, seed=1, temperatures=heat)
+    assert set(diagnose(data).effects) == {"scale", "thermal_growth"}
