@@ -26,6 +26,8 @@ BEYOND_DOUBT = 0.001
 """Adjusted probability below which a constant is an offset: that it is a datum is the rule."""
 PREDICTS = 0.1
 """Share of the error held out that an effect has to take away where only its form speaks against it."""
+WAYS_DOWN = 4
+"""Times the effects of a model so many beginnings of an order are tried."""
 OFFSET = effect_named("offset")
 
 
@@ -157,20 +159,49 @@ def _rises(found: Finding, before: Scored, after: Scored) -> bool:
 
 
 def _ordered(found: Finding) -> tuple[list[Choice], list[Scored]]:
-    """Return the effects in the order in which the held-out error falls fastest, those that raise none first."""
+    """Return the effects in the order in which the held-out error falls fastest, one that raises none if there is one.
+
+    Effects may only help together: where the way down ends, the last ones are tried in another order, a few times.
+    """
     judge = found.search.judge
-    held = [choice for choice in found.model.choices if choice in found.search.given]
+    held = tuple(choice for choice in found.model.choices if choice in found.search.given)
     left = [c for c in found.model.choices if c not in found.search.given and not isinstance(c[0], Probe)]
-    models = [judge.score(held)]
-    while left:
-        trials = [judge.score([*held, choice], models[-1]) for choice in left]
-        errors = [found.dataset.rms(found.search.gate.held_out(trial)) for trial in trials]
-        ready = [not c[0].builds_on or bool(c[0].builds_on & {e.name for e, _ in held}) for c in left]
-        rising = [_rises(found, models[-1], trial) for trial in trials]
-        k = min(range(len(left)), key=lambda i: (not ready[i], rising[i], errors[i]))
-        held.append(left.pop(k))
-        models.append(trials[k])
-    return held, models
+    starts: list[tuple[tuple[Choice, ...], list[Scored]]] = [(held, [judge.score(held)])]
+    first = None
+    for _ in range(WAYS_DOWN * len(left) + 1):
+        if not starts:
+            break
+        order, models = starts.pop()
+        trials = [(c, judge.score([*order, c], models[-1])) for c in left if c not in order]
+        if not trials:
+            return list(order), models
+        names = {effect.name for effect, _ in order}
+        ranked = sorted(
+            trials,
+            key=lambda trial: (
+                _rises(found, models[-1], trial[1]),
+                bool(trial[0][0].builds_on) and not trial[0][0].builds_on & names,
+                found.dataset.rms(found.search.gate.held_out(trial[1])),
+            ),
+        )
+        if first is None and _rises(found, models[-1], ranked[0][1]):
+            first = order, models, ranked[0]
+        starts += [((*order, c), [*models, m]) for c, m in reversed(ranked) if not _rises(found, models[-1], m)]
+    assert first is not None  # noqa: S101 - else a way down has been found
+    return _down_at_last(found, *first)
+
+
+def _down_at_last(
+    found: Finding, order: tuple[Choice, ...], models: list[Scored], trial: tuple[Choice, Scored]
+) -> tuple[list[Choice], list[Scored]]:
+    """Return an order that goes down as far as it does, the other effects in any order behind."""
+    choice, model = trial
+    every, models = [*order, choice], [*models, model]
+    for other in found.model.choices:
+        if other not in every and not isinstance(other[0], Probe):
+            every.append(other)
+            models.append(found.search.judge.score(every, models[-1]))
+    return every, models
 
 
 def offset_of(found: Finding) -> Offset | None:
