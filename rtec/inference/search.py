@@ -128,7 +128,7 @@ class Search:
         """Return the models one effect larger, and those without what the new one makes idle; best first."""
         grown: dict[object, Scored] = {}
         for model in beam:
-            for child in self.neighbours.children(model):
+            for child in (*self.neighbours.children(model), *self.neighbours.pairs(model)):
                 grown[child.key] = child
                 if child.score <= model.score:
                     continue
