@@ -7,8 +7,8 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
 from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
 
-ONE_FREQUENCY = 0.99
-"""Share of the acceleration that goes with the position: from there on an estimate varies ten times as much."""
+ONE_FREQUENCY = 0.9
+"""Share of the acceleration that goes with the position: beyond, the variance of an estimate is inflated tenfold."""
 
 
 def one_frequency(conditions: Conditions) -> str | None:

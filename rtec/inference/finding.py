@@ -6,6 +6,7 @@ import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from scipy.special import stdtr
@@ -29,6 +30,10 @@ PREDICTS = 0.1
 WAYS_DOWN = 4
 """Times the effects of a model so many beginnings of an order are tried."""
 OFFSET = effect_named("offset")
+
+
+Way: TypeAlias = tuple[list[Choice], list[Scored]]
+"""Effects in an order, and the models on the way, one more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,50 +163,41 @@ def _rises(found: Finding, before: Scored, after: Scored) -> bool:
     return found.rms_left(after) > found.rms_left(before) or found.rms_heldout(after) > found.rms_heldout(before)
 
 
-def _ordered(found: Finding) -> tuple[list[Choice], list[Scored]]:
-    """Return the effects in the order in which the held-out error falls fastest, one that raises none if there is one.
+def _ordered(found: Finding) -> Way:
+    """Return the effects in the order in which the held-out error falls fastest, on a way that never rises.
 
-    Effects may only help together: where the way down ends, the last ones are tried in another order, a few times.
+    Effects may only help together: where a way ends, the last ones are tried in another order, a few times. Where
+    every way ends, the first is gone on, up where it has to.
     """
-    judge = found.search.judge
-    held = tuple(choice for choice in found.model.choices if choice in found.search.given)
-    left = [c for c in found.model.choices if c not in found.search.given and not isinstance(c[0], Probe)]
-    starts: list[tuple[tuple[Choice, ...], list[Scored]]] = [(held, [judge.score(held)])]
-    first = None
-    for _ in range(WAYS_DOWN * len(left) + 1):
-        if not starts:
-            break
-        order, models = starts.pop()
-        trials = [(c, judge.score([*order, c], models[-1])) for c in left if c not in order]
-        if not trials:
-            return list(order), models
-        names = {effect.name for effect, _ in order}
-        ranked = sorted(
-            trials,
-            key=lambda trial: (
-                _rises(found, models[-1], trial[1]),
-                bool(trial[0][0].builds_on) and not trial[0][0].builds_on & names,
-                found.dataset.rms(found.search.gate.held_out(trial[1])),
-            ),
-        )
-        if first is None and _rises(found, models[-1], ranked[0][1]):
-            first = order, models, ranked[0]
-        starts += [((*order, c), [*models, m]) for c, m in reversed(ranked) if not _rises(found, models[-1], m)]
-    assert first is not None  # noqa: S101 - else a way down has been found
-    return _down_at_last(found, *first)
+    held = [choice for choice in found.model.choices if choice in found.search.given]
+    tries = itertools.count()
+
+    def go(way: Way, *, up: bool) -> Way | None:
+        steps = _steps_on(found, way)
+        for choice, model, rises in steps:
+            if up or (not rises and next(tries) < WAYS_DOWN * len(found.model.choices)):
+                if (ended := go(([*way[0], choice], [*way[1], model]), up=up)) is not None:
+                    return ended
+        return None if steps else way
+
+    begin: Way = held, [found.search.judge.score(held)]
+    ended = go(begin, up=False) or go(begin, up=True)
+    assert ended is not None  # noqa: S101 - going up leads to the end
+    return ended
 
 
-def _down_at_last(
-    found: Finding, order: tuple[Choice, ...], models: list[Scored], trial: tuple[Choice, Scored]
-) -> tuple[list[Choice], list[Scored]]:
-    """Return an order that goes down as far as it does, the other effects in any order behind."""
-    choice, model = trial
-    every, models = [*order, choice], [*models, model]
-    for other in found.model.choices:
-        if other not in every and not isinstance(other[0], Probe):
-            every.append(other)
-            models.append(found.search.judge.score(every, models[-1]))
-    return every, models
+def _steps_on(found: Finding, way: Way) -> list[tuple[Choice, Scored, bool]]:
+    """Return what may come next on a way, the best first: an effect, the model with it, whether an error rises."""
+    order, models = way
+    names = {effect.name for effect, _ in order}
+    steps: list[tuple[bool, bool, float, int, Choice, Scored]] = []
+    for choice in found.model.choices:
+        if choice not in order and not isinstance(choice[0], Probe):
+            model = found.search.judge.score([*order, choice], models[-1])
+            ready = not choice[0].builds_on or bool(choice[0].builds_on & names)
+            error = found.dataset.rms(found.search.gate.held_out(model))
+            steps.append((_rises(found, models[-1], model), not ready, error, len(steps), choice, model))
+    return [(choice, model, rises) for rises, _, _, _, choice, model in sorted(steps, key=lambda step: step[:4])]
 
 
 def offset_of(found: Finding) -> Offset | None:
