@@ -17,6 +17,7 @@ from rtec.inference.answer import (
     at_ends,
     chance,
     is_given,
+    probabilities,
     rivalries,
     shared,
     tied_models,
@@ -36,6 +37,7 @@ from rtec.inference.chessboard import HELD_OUT_BY
 from rtec.inference.completeness import (
     OUTSIDE,
     OUTSIDE_WITH_SIGNS,
+    complete_instead,
     knows_the_floor,
     nearly_right,
     signs_of,
@@ -79,6 +81,12 @@ def judged(found: Finding) -> Diagnosis:
     if unknown_structure(found.search.judge, found.model)[0] is not None:
         found = approximated(found)
     found, order, ordered = in_order(found)
+    if found.searched and found.names_something and found.search is found.scout and not found.approximate:
+        instead = complete_instead(found.search, found.model)
+        if found.rms_heldout(instead) < found.rms_heldout(found.model):
+            every = {**found.probability, **probabilities(found.search, instead)}
+            found = replace(found, model=instead, scouted=instead, probability=every)
+            found, order, ordered = in_order(found)
     search, model, dataset = found.search, found.model, found.dataset
     judge, space = search.judge, search.space
     floor = noise_floor(judge, model)
