@@ -25,7 +25,7 @@ from rtec.dataset.standstill import Ints, Stretch, group_means
 from rtec.effects import Floats
 
 _CUTOFF_HZ = 100.0  # low pass of the differentiator; the drives of machine tools move nothing faster
-_CUTOFF_SHARE = 0.2  # largest cut-off, as a share of the sampling rate
+_CUTOFF_SHARE, _OF_COMMANDS = 0.2, 0.45  # largest cut-off, as a share of the sampling rate
 _FEWEST_BENDS = 64  # of which a spectrum tells anything
 _ONLY_NOISE, _ABOVE = 0.35, 3.0  # share of the sampling rate above which nothing moves; times the noise, motion
 _LOWEST, _MARGIN = 0.02, 1.5  # of the largest cut-off; times the highest frequency of motion, which shall pass
@@ -43,13 +43,15 @@ _FILTERED_AT_LEAST, _DECIMATED_AT_LEAST = 16, 28  # that ``filtfilt`` and ``deci
 _WINDOW, _AT_ONCE = 21, 50_000  # rows of the local polynomial of an uneven log; windows that are computed together
 
 
-def cutoff_of(parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noisy: bool = True) -> float:
+def cutoff_of(
+    parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noisy: bool = True, commanded: bool = False
+) -> float:
     """Return the cut-off of the low pass for positions or velocities sampled at a rate, in Hz.
 
     The band up to it holds the most of the spectrum beyond noise, which an acceleration holds times the square of the
     frequency. ``parts`` are stretches of samples, each of shape (samples,). The noise is that of rounding to
     ``step``, or what is left in the highest frequencies if that is more; of a velocity (not ``noisy``), whose
-    spectrum falls more slowly, the latter may be motion.
+    spectrum falls more slowly, the latter may be motion, and of a ``commanded`` position it is.
 
     Examples
     --------
@@ -58,13 +60,14 @@ def cutoff_of(parts: Sequence[Floats], rate_hz: float, step: float = 0.0, *, noi
     >>> fine, 3.0 < coarse < 6.0
     (20.0, True)
     """
-    most = min(_CUTOFF_HZ, _CUTOFF_SHARE * rate_hz)
+    most = min(_CUTOFF_HZ, (_OF_COMMANDS if commanded else _CUTOFF_SHARE) * rate_hz)
     bends = np.concatenate([np.empty(0), *(np.diff(part, 2) for part in parts if part.size > 2)])
     if bends.size < _FEWEST_BENDS:
         return most
     share = np.arange(1, bends.size // 2) / bends.size
     power = np.abs(np.fft.rfft(bends * np.hanning(bends.size))[1 : share.size + 1]) ** 2 / np.sin(np.pi * share) ** 4
-    high = float(np.median(power[share > _ONLY_NOISE])) / np.log(2.0) if noisy else 0.0
+    high = float(np.median(power[share > _ONLY_NOISE])) / np.log(2.0)
+    high *= noisy and not commanded
     # 16 / 12 of the step's square, 3 / 8 of it by the window; a velocity is mostly the difference of two roundings
     floor = max(high, step**2 / 2.0 * bends.size * (1.0 if noisy else _OF_DIFFERENCES))
     bent = np.sin(np.pi * share) ** 4 * (share * rate_hz < most)

@@ -243,7 +243,7 @@ def _name_what_is_not_used(rows: Rows) -> None:
 def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
     unit, since, periods = rows.position_unit, None, {}
     if rows.held_direction is not None and rows.coordinate not in _NO_POSITION:
-        since = distance_since_reversal(rows.position, rows.held_direction, rows.run)
+        since = distance_since_reversal(rows.position, rows.held_direction, rows.run, moving=rows.moving)
     for key in ("screw_pitch", "scale_signal_period"):
         periods[key] = axis.period(key, unit)
         if axis.text(key) is not None and periods[key] is None:

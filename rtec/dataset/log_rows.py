@@ -128,7 +128,9 @@ def prepare_log(rows: Rows, like: Dataset | None) -> tuple[Resample | None, floa
         else:
             source = rows.position if rows.velocity is None else rows.velocity
             step = step_of(source, FEWEST_LEVELS)
-            own = cutoff_of([source[a:b] for a, b in stretches], rate, step, noisy=rows.velocity is None)
+            commanded = not rows.of_drive and rows.velocity is None and "target" in rows.measurement.columns
+            parts = [source[a:b] for a, b in stretches]
+            own = cutoff_of(parts, rate, step, noisy=rows.velocity is None, commanded=commanded)
             cutoff_hz = used = own if like is None or like.cutoff_hz is None else min(like.cutoff_hz, 0.45 * rate)
             resample = _differentiate(rows, stretches, rate, used)
         least = band / 2.0 * cutoff_hz

@@ -228,22 +228,30 @@ def too_few_moments(conditions: Conditions, fewest: int) -> str | None:
     return None if moments >= fewest else f"{moments} moments only: at least {fewest} needed"
 
 
-def distance_since_reversal(position: Floats, direction: Floats, run: NDArray[np.int64]) -> Floats:
+def distance_since_reversal(
+    position: Floats, direction: Floats, run: NDArray[np.int64], *, moving: bool = False
+) -> Floats:
     """Return how far the axis has gone since it last turned round, from columns of readings in order.
 
     Arguments and result are of shape (rows,), the result in the unit of the positions.
 
-    The first reading of a run counts as one just after a reversal: a measuring program overshoots and comes back.
+    The axis turns where it was read last, or a little beyond; while it is ``moving``, at the first sample in the
+    other direction. The first reading of a run counts as one just after a reversal, and so does one that does not lie
+    in its direction from the last: the program overshoots and comes back.
 
     Examples
     --------
     >>> x, way = np.array([0.0, 5.0, 10.0, 10.0, 5.0]), np.array([1.0, 1.0, 1.0, -1.0, -1.0])
     >>> distance_since_reversal(x, way, np.ones(5, dtype=np.int64)).tolist()
     [0.0, 5.0, 10.0, 0.0, 5.0]
+    >>> distance_since_reversal(np.array([3.0, 9.0, 4.0, 2.0]), np.array([1.0, 1.0, -1.0, -1.0]), np.ones(4)).tolist()
+    [0.0, 6.0, 5.0, 7.0]
     """
     turned = np.ones(position.size, dtype=np.bool_)
     turned[1:] = (direction[1:] != direction[:-1]) | (run[1:] != run[:-1])
     starts = np.flatnonzero(turned)
-    begin = starts[np.cumsum(turned) - 1]
+    before = np.maximum(starts - 1, 0)
+    onward = (run[before] == run[starts]) & (direction[starts] * (position[starts] - position[before]) > 0.0)
+    begin = np.where(onward & (not moving), before, starts)[np.cumsum(turned) - 1]
     gone: Floats = np.abs(position - position[begin])
     return gone

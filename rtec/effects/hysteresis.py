@@ -17,8 +17,8 @@ ELEMENTS = 24
 FEWEST_STROKES = 4
 DIFFERENT = 2.0
 """How many times as long as a short stroke a long one has to be: of equal strokes each loop is the same."""
-LONGEST = 10.0
-"""Of the distance, beyond which a stroke has forgotten all before it."""
+LONGEST = 100.0
+"""Distances in the longest stroke that is looked into. Ten make them forget all before; the first stroke tells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Hysteresis(ScannedEffect):
         return None if long >= DIFFERENT * short else "all strokes are of one length: confounded with windup"
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return distances from a tenth of the shortest stroke to half the longest; longer: collinear with scale."""
+        """Return distances from a hundredth of a short stroke to half the longest; longer: collinear with scale."""
         ways = strokes(conditions)
         if not ways.size:
             return []

@@ -14,6 +14,7 @@ from scipy.special import fdtrc
 from rtec.effects import Floats, Shape, WavesShape, effect_named
 from rtec.effects.protocol import own_shape
 from rtec.inference.leftover import OF_EXPLAINED_IN_MOTION
+from rtec.inference.proposals import orthonormal
 from rtec.inference.results import NoiseFloor, Unknown
 from rtec.inference.scored import Judge, Scored
 
@@ -116,27 +117,32 @@ def trends(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequen
     left = judge.space.view(model.colour).project(judge.left(model)[None, :])[0]
     left = left - left.mean()
     in_time = _curve(np.arange(c.rows, dtype=np.float64))
-    curves: dict[str, Floats] = {"time": in_time}
+    curves = {"time": ("time", in_time)}
     if not c.time_is_coordinate and c.span > 0.0:
-        curves["position"] = _curve(c.position)
+        curves["position"] = "position", _curve(c.position)
     if c.direction is not None and c.both_directions:
-        curves["direction"] = np.column_stack(
-            [np.sign(c.direction), *(_curve(c.position) * np.sign(c.direction)[:, None]).T]
-        )
+        curves["direction"] = "direction", _each_way(c.position, c.direction)
+        if not c.moving and c.since_reversal is not None:
+            # where targets come in any order, an error that follows these two is no curve over position
+            follows = (np.diff(c.order, prepend=np.inf) == 1.0) & (np.diff(c.run, prepend=c.run[0]) == 0)
+            moved = np.where(follows, np.abs(np.diff(c.position, prepend=c.position[0])), 0.0)
+            for name, way in (("way since the reversal", c.since_reversal), ("length of the last move", moved)):
+                by_rank = np.unique(way, return_inverse=True)[1].astype(np.float64)
+                curves[f"the {name}"] = "direction", np.hstack([_curve(by_rank), _each_way(by_rank, c.direction)])
     runs = np.unique(c.run)
     if 1 < runs.size <= MOST_RUNS:
-        curves["run"] = (c.run[:, None] == runs[1:]).astype(np.float64)
+        curves["run"] = "run", (c.run[:, None] == runs[1:]).astype(np.float64)
     spent = sum(part.raw.shape[0] for part in judge.space.parts_of(model.choices))
     found = []
-    for name, table in curves.items():
-        basis = np.linalg.qr(table - table.mean(axis=0))[0]
-        explained, whole = float(((basis.T @ left) ** 2).sum()), float(left @ left)
-        k, below = table.shape[1], left.size - 1 - table.shape[1] - spent
-        if below <= 0 or whole <= 0.0 or explained < MATERIAL * whole:
+    for name, (depends_on, table) in curves.items():
+        basis = orthonormal((table - table.mean(axis=0)).T)
+        explained, whole = float(((basis @ left) ** 2).sum()), float(left @ left)
+        k, below = len(basis), left.size - 1 - len(basis) - spent
+        if k == 0 or below <= 0 or whole <= 0.0 or explained < MATERIAL * whole:
             continue
         p = float(fdtrc(k, below, (explained / k) / max((whole - explained) / below, 1e-300)))
         if p < TREND:
-            found.append(Sign(name, f"the residual follows a smooth curve over {name} (p {p:.1g})"))
+            found.append(Sign(depends_on, f"the residual follows a smooth curve over {name} (p {p:.1g})"))
     return found
 
 
@@ -148,6 +154,12 @@ def _curve(values: Floats) -> Floats:
         if reach > 0.0
         else np.zeros((values.size, 1))
     )
+
+
+def _each_way(values: Floats, direction: Floats) -> Floats:
+    """Return the direction and smooth curves over values in each, shape (rows, curves)."""
+    way = np.sign(direction)[:, None]
+    return np.hstack([way, _curve(values) * way])
 
 
 def beats(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:

@@ -173,7 +173,7 @@ def separating_plan(space: Space) -> Conditions | None:
         time_s=None if c.time_s is None else np.arange(rows, dtype=np.float64) * max(pause, 1e-9),
         velocity=None if c.velocity is None else direction * feeds,
         acceleration=None if c.acceleration is None else np.zeros(rows),
-        since_reversal=distance_since_reversal(position, direction, run),
+        since_reversal=distance_since_reversal(position, direction, run, moving=c.moving),
         temperatures=MappingProxyType({
             name: float(heat.min()) + course * float(np.ptp(heat)) for name, heat in c.temperatures.items()
         }),

@@ -6,6 +6,7 @@ import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from scipy.special import stdtr
@@ -26,7 +27,13 @@ BEYOND_DOUBT = 0.001
 """Adjusted probability below which a constant is an offset: that it is a datum is the rule."""
 PREDICTS = 0.1
 """Share of the error held out that an effect has to take away where only its form speaks against it."""
+WAYS_DOWN = 4
+"""Times the effects of a model so many beginnings of an order are tried."""
 OFFSET = effect_named("offset")
+
+
+Way: TypeAlias = tuple[list[Choice], list[Scored]]
+"""Effects in an order, and the models on the way, one more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,21 +163,41 @@ def _rises(found: Finding, before: Scored, after: Scored) -> bool:
     return found.rms_left(after) > found.rms_left(before) or found.rms_heldout(after) > found.rms_heldout(before)
 
 
-def _ordered(found: Finding) -> tuple[list[Choice], list[Scored]]:
-    """Return the effects in the order in which the held-out error falls fastest, those that raise none first."""
-    judge = found.search.judge
+def _ordered(found: Finding) -> Way:
+    """Return the effects in the order in which the held-out error falls fastest, on a way that never rises.
+
+    Effects may only help together: where a way ends, the last ones are tried in another order, a few times. Where
+    every way ends, the first is gone on, up where it has to.
+    """
     held = [choice for choice in found.model.choices if choice in found.search.given]
-    left = [c for c in found.model.choices if c not in found.search.given and not isinstance(c[0], Probe)]
-    models = [judge.score(held)]
-    while left:
-        trials = [judge.score([*held, choice], models[-1]) for choice in left]
-        errors = [found.dataset.rms(found.search.gate.held_out(trial)) for trial in trials]
-        ready = [not c[0].builds_on or bool(c[0].builds_on & {e.name for e, _ in held}) for c in left]
-        rising = [_rises(found, models[-1], trial) for trial in trials]
-        k = min(range(len(left)), key=lambda i: (not ready[i], rising[i], errors[i]))
-        held.append(left.pop(k))
-        models.append(trials[k])
-    return held, models
+    tries = itertools.count()
+
+    def go(way: Way, *, up: bool) -> Way | None:
+        steps = _steps_on(found, way)
+        for choice, model, rises in steps:
+            if up or (not rises and next(tries) < WAYS_DOWN * len(found.model.choices)):
+                if (ended := go(([*way[0], choice], [*way[1], model]), up=up)) is not None:
+                    return ended
+        return None if steps else way
+
+    begin: Way = held, [found.search.judge.score(held)]
+    ended = go(begin, up=False) or go(begin, up=True)
+    assert ended is not None  # noqa: S101 - going up leads to the end
+    return ended
+
+
+def _steps_on(found: Finding, way: Way) -> list[tuple[Choice, Scored, bool]]:
+    """Return what may come next on a way, the best first: an effect, the model with it, whether an error rises."""
+    order, models = way
+    names = {effect.name for effect, _ in order}
+    steps: list[tuple[bool, bool, float, int, Choice, Scored]] = []
+    for choice in found.model.choices:
+        if choice not in order and not isinstance(choice[0], Probe):
+            model = found.search.judge.score([*order, choice], models[-1])
+            ready = not choice[0].builds_on or bool(choice[0].builds_on & names)
+            error = found.dataset.rms(found.search.gate.held_out(model))
+            steps.append((_rises(found, models[-1], model), not ready, error, len(steps), choice, model))
+    return [(choice, model, rises) for rises, _, _, _, choice, model in sorted(steps, key=lambda step: step[:4])]
 
 
 def offset_of(found: Finding) -> Offset | None:

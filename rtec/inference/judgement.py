@@ -16,7 +16,9 @@ from rtec.inference.answer import (
     Rivalry,
     at_ends,
     chance,
+    complete_instead,
     is_given,
+    probabilities,
     rivalries,
     shared,
     tied_models,
@@ -78,6 +80,12 @@ def judged(found: Finding) -> Diagnosis:
     if unknown_structure(found.search.judge, found.model)[0] is not None:
         found = approximated(found)
     found, order, ordered = in_order(found)
+    if found.searched and found.names_something and found.search is found.scout and not found.approximate:
+        instead = complete_instead(found.search, found.model)
+        if found.rms_heldout(instead) < found.rms_heldout(found.model):
+            every = {**found.probability, **probabilities(found.search, instead)}
+            found = replace(found, model=instead, scouted=instead, probability=every)
+            found, order, ordered = in_order(found)
     search, model, dataset = found.search, found.model, found.dataset
     judge, space = search.judge, search.space
     floor = noise_floor(judge, model)

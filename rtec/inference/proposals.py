@@ -341,6 +341,19 @@ class Neighbours:
             self._children[key] = self.proposed(model, self.effects_for(model))
         return self._children[key]
 
+    def pairs(self, model: Scored) -> list[Scored]:
+        """Return the models with an effect and one that builds on it, scored: the first alone may explain little."""
+        held, library = set(model.names), self.judge.space.library
+        waiting = [e for e in library if e.builds_on and not e.builds_on & held and not isinstance(e, Probe)]
+        found = []
+        for base in self.effects_for(model):
+            more = [effect for effect in waiting if base.name in effect.builds_on]
+            for begun in proposals(self.judge, model, [base], least=-np.inf)[:1] if more else ():
+                with_base = self.judge.score([*model.choices, begun.choice], model)
+                best = {p.choice[0]: p.choice for p in reversed(proposals(self.judge, with_base, more))}
+                found += [self.judge.score([*with_base.choices, choice], with_base) for choice in best.values()]
+        return found
+
     def proposed(self, model: Scored, effects: Iterable[Effect]) -> list[Scored]:
         """Return the models with one of the effects besides that the scan proposes, scored."""
         if len(model.choices) >= MOST_EFFECTS:

@@ -19,6 +19,8 @@ from rtec.inference.space import Choice
 GATED, GATED_GENERIC, UNGATED = 2, 1, 1
 """Models that are carried on: those whose every effect has earned its place, without a probe and with one, and one
 that may yet."""
+FIRST = 5
+"""Effects with which the search begins: where two of them are needed, a third may be likelier than either alone."""
 ROUNDING = 1e-6
 
 Progress = Callable[[float], None]
@@ -104,7 +106,7 @@ class Search:
             start = self.gate.earned(self.exchanges.reshaped(start, maps=True, waves=True))
         best, beam, reached = {False: start, True: start}, [start], -np.inf
         for depth in range(MOST_EFFECTS):
-            gated, ungated = self._sorted_out(self._grown(beam), best)
+            gated, ungated = self._sorted_out(self._grown(beam), best, FIRST if depth == 0 and not begin else GATED)
             tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
             tops = {generic(m): m for m in sorted(gated, key=lambda m: m.score)}
             worth = max((m.score - best[kind].score for kind, m in tops.items()), default=0.0)
@@ -128,7 +130,7 @@ class Search:
         """Return the models one effect larger, and those without what the new one makes idle; best first."""
         grown: dict[object, Scored] = {}
         for model in beam:
-            for child in self.neighbours.children(model):
+            for child in (*self.neighbours.children(model), *self.neighbours.pairs(model)):
                 grown[child.key] = child
                 if child.score <= model.score:
                     continue
@@ -143,8 +145,10 @@ class Search:
                         grown[less.key] = less
         return sorted(grown.values(), key=lambda model: -model.score)
 
-    def _sorted_out(self, ranked: Sequence[Scored], best: Mapping[bool, Scored]) -> tuple[list[Scored], list[Scored]]:
-        """Return the best models whose every effect has earned its place, and the best that may yet.
+    def _sorted_out(
+        self, ranked: Sequence[Scored], best: Mapping[bool, Scored], most: int
+    ) -> tuple[list[Scored], list[Scored]]:
+        """Return at most ``most`` best models whose every effect has earned its place, and the best that may yet.
 
         Of those with a probe, and of those without one.
         """
@@ -153,8 +157,10 @@ class Search:
         for model in ranked:
             kind = generic(model)
             alike = [m for m in gated if generic(m) == kind]
-            enough = GATED_GENERIC if kind else GATED
-            if len(alike) == enough or (alike and model.score < best[kind].score - HOPELESS):
+            enough = GATED_GENERIC if kind else most
+            if len(alike) == enough or (alike and most == GATED and model.score < best[kind].score - HOPELESS):
+                continue
+            if most > GATED and any(sorted(m.names) == sorted(model.names) for m in alike[1:]):
                 continue
             if kind and model.score < best[False].score:  # what a probe explains has been explained without it
                 continue

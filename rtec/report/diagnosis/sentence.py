@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from rtec.inference.collinear import tied_groups
+from rtec.inference.completeness import ENOUGH
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded
@@ -142,10 +143,9 @@ def heldout_words(heldout_by: str) -> str:
 
 
 def _fall(diagnosis: Diagnosis, shown: Shown) -> str:
-    return (
-        f"from {shown.with_unit(diagnosis.rms_before)} to {shown.with_unit(diagnosis.rms_after)} RMS "
-        f"(held out {shown.with_unit(diagnosis.rms_heldout)})"
-    )
+    before, after = shown.with_unit(diagnosis.rms_before), shown.with_unit(diagnosis.rms_after)
+    change = f"falls from {before} to {after}" if diagnosis.rms_after < diagnosis.rms_before else f"stays at {after}"
+    return f"{change} RMS (held out {shown.with_unit(diagnosis.rms_heldout)})"
 
 
 def _quantity(diagnosis: Diagnosis) -> str:
@@ -155,7 +155,7 @@ def _quantity(diagnosis: Diagnosis) -> str:
 def _explained(diagnosis: Diagnosis, shown: Shown, sure: str, tail: str) -> str:
     names = explanation_names(diagnosis) or ["the datum alone"]
     verb = "explains" if len(names) == 1 else "explain"
-    text = f"{joined(names)}{sure} {verb} {_quantity(diagnosis)}: what is left falls {_fall(diagnosis, shown)}{tail}."
+    text = f"{joined(names)}{sure} {verb} {_quantity(diagnosis)}: what is left {_fall(diagnosis, shown)}{tail}."
     return text[:1].upper() + text[1:]
 
 
@@ -164,8 +164,12 @@ def _named(diagnosis: Diagnosis, shown: Shown) -> str:
 
 
 def _likely(diagnosis: Diagnosis, shown: Shown) -> str:
-    tail = ". Nothing was repeated, so no noise floor says whether that is all"
-    return _explained(diagnosis, shown, " most likely", tail)
+    why = "What is left is correlated from reading to reading"
+    if not diagnosis.noise.from_repeats:
+        why = "Nothing was repeated"
+    elif diagnosis.noise.degrees_of_freedom < ENOUGH:
+        why = "Too little was repeated"
+    return _explained(diagnosis, shown, " most likely", f". {why}, so no noise floor says whether that is all")
 
 
 def _tied(diagnosis: Diagnosis, shown: Shown) -> str:
@@ -176,7 +180,7 @@ def _tied(diagnosis: Diagnosis, shown: Shown) -> str:
     tail = f" beside {joined(beside)}" if beside and groups else ""
     text = (
         f"{joined(either)} explains {_quantity(diagnosis)}{tail}, and no fit on this plan can tell which: what "
-        f"is left falls {_fall(diagnosis, shown)} one way or the other; {floor_words(diagnosis.noise, shown)}."
+        f"is left {_fall(diagnosis, shown)} one way or the other; {floor_words(diagnosis.noise, shown)}."
     )
     return text[:1].upper() + text[1:]
 
@@ -188,7 +192,7 @@ def _unknown(diagnosis: Diagnosis, shown: Shown) -> str:
     explained = f"may be {may_be}, which this plan cannot show" if may_be else "nothing in the library explains"
     return (
         f"Structure is left{before} that repeats and that {explained}"
-        f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} falls "
+        f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} "
         f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}."
     )
 

@@ -116,3 +116,9 @@ def test_local_derivatives_are_the_same_in_parts():
     first, second = local_derivatives(time, time**2)
     np.testing.assert_allclose(first, 2 * time, rtol=1e-6)
     np.testing.assert_allclose(second, 2.0, rtol=1e-4)
+
+
+def test_a_command_is_differentiated_nearly_up_to_half_of_the_rate():
+    ramp = np.abs(np.arange(400.0) % 80.0 - 40.0)  # turns round within a sample
+    assert cutoff_of([ramp], 25.0, 1e-4) == pytest.approx(5.0)
+    assert cutoff_of([ramp], 25.0, 1e-4, commanded=True) == pytest.approx(11.25)

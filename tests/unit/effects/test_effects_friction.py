@@ -29,7 +29,7 @@ def path(turns=TURNS, noise=0.0):
         run=run,
         direction=way,
         velocity=way * np.linspace(1.0, 9.0, way.size),
-        since_reversal=distance_since_reversal(read, way, run),
+        since_reversal=distance_since_reversal(read, way, run, moving=True),
         moving=True,
     )
     return c, true

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from inference_oracle import SIGMA, measured
 
+from rtec.dataset.load import load_dataset
 from rtec.effects import CyclicShape, Shape, effect_named
 from rtec.inference.completeness import knows_the_floor
 from rtec.inference.diagnose import diagnose
@@ -16,6 +17,7 @@ from rtec.inference.rules import signs_of
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
+from rtec.metrology import Column, Measurement
 
 TILTED = lambda x, way, t, run: 5e-5 * x + 0.004 * way
 BACKLASH, SCALE, CYCLIC = (effect_named(name) for name in ("backlash", "scale", "cyclic"))
@@ -101,3 +103,35 @@ def test_what_was_given_is_tested_too(size, doubted):
     given = Model(observe="deviation", units=data.units, terms=(Term(effect=CYCLIC, shape=CyclicShape(47.0, 1)),))
     found = diagnose(data, given)
     assert any("cyclic, which was given, explains no more than noise" in note for note in found.notes) is doubted
+
+
+def in_any_order(error, seed=1):
+    """Four runs over 25 uneven places, each twice, in drawn order; ``error(x, way, moved, since)`` in mm."""
+    rng = np.random.default_rng(seed)
+    x = np.concatenate([rng.permutation(np.repeat(np.sort(rng.uniform(0.0, 300.0, 25)), 2)) for _ in range(4)])
+    run = np.repeat([1, 2, 3, 4], 50)
+    begins = np.append(True, np.diff(run) != 0)
+    step = np.where(begins, 0.0, np.diff(x, prepend=x[0]))
+    way, since = np.where(step < 0.0, -1.0, 1.0), np.zeros(x.size)
+    for i in np.flatnonzero(~begins):
+        since[i] = abs(step[i]) + (since[i - 1] if way[i] == way[i - 1] and not begins[i - 1] else 0.0)
+    y = error(x, way, np.abs(step), since) + SIGMA * rng.standard_normal(x.size)
+    columns = {"run": run, "direction": way, "target": x, "deviation": y}
+    columns = {name: Column(name, "mm" if name in ("target", "deviation") else "", v) for name, v in columns.items()}
+    return load_dataset(Measurement(source="any order", facts={}, columns=columns, unknown={}))
+
+
+def test_in_any_order_of_targets_a_wind_up_is_told_from_an_error_of_the_last_move():
+    wound = diagnose(in_any_order(lambda x, way, moved, since: 0.006 * way * (1.0 - np.exp(-since / 40.0))))
+    assert (wound.verdict, wound.effects) == (Verdict.NAMED, ("windup",))
+    assert {p.name: p.value for p in wound.steps[-1].params}["distance"] == pytest.approx(40.0, rel=0.15)
+    moved = diagnose(in_any_order(lambda x, way, moved, since: 0.006 * way * np.sqrt(moved / 100.0)))
+    assert moved.verdict is Verdict.UNKNOWN
+    assert "direction" in moved.unknown.depends_on
+
+
+def test_a_reversal_error_that_varies_is_no_backlash_that_leaves_a_trend():
+    """Neither is 3 nats likelier: the simpler one would be the answer if it left nothing."""
+    varies = diagnose(measured(lambda x, way, t, run: way * (4.0 + 0.7 * np.cos(x / 300.0 * np.pi)) / 1e3,
+                               runs=4, targets=30, seed=4))  # fmt: skip
+    assert (varies.verdict, varies.effects) == (Verdict.NAMED, ("backlash_map",))

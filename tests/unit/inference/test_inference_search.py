@@ -1,5 +1,6 @@
 """The search: what earns its place, and how sure an effect is over the models that compete."""
 
+import itertools
 import re
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from rtec.inference.rules import MATTERS, WORTH
 from rtec.inference.scored import Judge
 from rtec.inference.search import Search
 from rtec.inference.space import Space
+from rtec.metrology import Column, Measurement
 
 NAMES = "scale backlash cyclic pitch_map drift lost_counts".split()
 SCALE, BACKLASH, CYCLIC, MAP, DRIFT, STEP = (effect_named(n) for n in NAMES)
@@ -327,3 +329,27 @@ def test_a_wave_of_less_than_two_steps_has_to_explain_more_of_the_targets_than_c
     best = max(short, key=lambda m: m.score)
     assert best.score > judge.score([]).score + WORTH, "by the readings alone it would be a wave"
     assert by_chance(judge, best, 0) is expected
+
+
+def test_two_effects_that_a_third_resembles_are_found_together():
+    """A screw that grows beside its scale: after the one or the other, a growth in time explains more than either."""
+    t = 10.0 * np.arange(100)
+    heat = {"scale": 20.5 + 2.5 * (1.0 - np.exp(-t / 400.0)), "motor": 21.0 + 3.0 * (1.0 - np.exp(-t / 250.0))}
+    grown = lambda x, way, t, run: 1e-4 * x * (heat["scale"] - 20.0) - 2.4e-4 * x
+    data = measured(grown, bidirectional=False, targets=20, seed=1, temperatures=heat)
+    assert set(diagnose(data).effects) == {"scale", "thermal_growth"}
+
+
+def test_an_effect_is_found_with_the_one_that_it_builds_on():
+    """Friction that grows with speed nearly one way only: viscous friction alone explains next to nothing."""
+    rng, t = np.random.default_rng(1), np.arange(3000) / 100.0
+    speeds = np.repeat(rng.uniform(5.0, 60.0, 30) * np.tile([1.0, -1.0], 15), 100)
+    v = np.convolve(speeds, np.hanning(31) / np.hanning(31).sum(), "same")
+    x = np.cumsum(v) / 100.0
+    f = 0.004 * v + 0.02 * np.abs(v) + 0.15 * np.sign(v) + 0.6 * np.sin(2 * np.pi * x / 9.3)
+    columns = {"time": ("s", t), "actual": ("mm", x), "force": ("N", f + 0.05 * rng.standard_normal(t.size))}
+    columns = {name: Column(name, unit, values) for name, (unit, values) in columns.items()}
+    found = diagnose(load_dataset(Measurement(source="x", facts={}, columns=columns, unknown={}), observe="force"))
+    assert set(found.effects) == {"coulomb", "viscous", "asymmetric_friction", "cogging"}
+    for before, after in itertools.pairwise(found.steps):
+        assert after.rms_heldout <= before.rms_heldout
