@@ -11,12 +11,10 @@ from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
 from rtec.inference.forms import forms_of
-from rtec.inference.gate import INSEPARABLE, generic
-from rtec.inference.leftover import unknown_structure
-from rtec.inference.noise import noise_floor
+from rtec.inference.gate import INSEPARABLE
 from rtec.inference.probes import Probe
 from rtec.inference.proposals import beside, by_chance, falls, orthonormal
-from rtec.inference.rules import implausible, misnamed, signs_of
+from rtec.inference.rules import implausible, misnamed
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.search import Search
 from rtec.inference.space import Choice
@@ -73,23 +71,6 @@ def simplest(search: Search, model: Scored) -> Scored:
             if (less or (special is not None and not isinstance(special, Probe))) and search.gate.is_gated(other):
                 return simplest(search, other)
     return model
-
-
-def complete_instead(search: Search, model: Scored) -> Scored:
-    """Return a model, or where it is not complete the likeliest that is, of those to which the data do not prefer it.
-
-    Of an effect and a special case of it the simpler one is the answer, but not where it leaves what the other holds.
-    """
-
-    def is_complete(one: Scored) -> bool:
-        whole = unknown_structure(search.judge, one)[0] is None
-        return whole and not signs_of(search, one, noise_floor(search.judge, one))
-
-    if is_complete(model):
-        return model
-    near = best_of_names(m for m in search.gate.near(model) if m.score > model.score - EQUAL).values()
-    others = (m for m in near if m.names != model.names and not generic(m) and search.gate.is_gated(m))
-    return next((m for m in others if is_complete(m)), model)
 
 
 def _same_span(search: Search, one: Scored, other: Scored) -> bool:

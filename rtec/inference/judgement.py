@@ -16,7 +16,6 @@ from rtec.inference.answer import (
     Rivalry,
     at_ends,
     chance,
-    complete_instead,
     is_given,
     probabilities,
     rivalries,
@@ -57,7 +56,8 @@ from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor, Unknown, Verdict
 from rtec.inference.rules import signs_of
-from rtec.inference.scored import Scored
+from rtec.inference.scored import Scored, best_of_names
+from rtec.inference.search import Search
 from rtec.inference.space import Choice
 
 HARD_TO_SEE = 3.0
@@ -81,7 +81,7 @@ def judged(found: Finding) -> Diagnosis:
         found = approximated(found)
     found, order, ordered = in_order(found)
     if found.searched and found.names_something and found.search is found.scout and not found.approximate:
-        instead = complete_instead(found.search, found.model)
+        instead = _complete_instead(found.search, found.model)
         if found.rms_heldout(instead) < found.rms_heldout(found.model):
             every = {**found.probability, **probabilities(found.search, instead)}
             found = replace(found, model=instead, scouted=instead, probability=every)
@@ -150,6 +150,23 @@ def judged(found: Finding) -> Diagnosis:
         outliers=found.outliers,
         unseen_periods=unseen_periods(dataset.coordinates),
     )
+
+
+def _complete_instead(search: Search, model: Scored) -> Scored:
+    """Return a model, or where it is not complete the likeliest that is, of those to which the data do not prefer it.
+
+    Of an effect and a special case of it the simpler one is the answer, but not where it leaves what the other holds.
+    """
+
+    def is_complete(one: Scored) -> bool:
+        whole = unknown_structure(search.judge, one)[0] is None
+        return whole and not signs_of(search, one, noise_floor(search.judge, one))
+
+    if is_complete(model):
+        return model
+    near = best_of_names(m for m in search.gate.near(model) if m.score > model.score - EQUAL).values()
+    others = (m for m in near if m.names != model.names and not generic(m) and search.gate.is_gated(m))
+    return next((m for m in others if is_complete(m)), model)
 
 
 def _range(dataset: Dataset) -> tuple[float, float] | None:
