@@ -7,17 +7,22 @@ import numpy as np
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
 from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
 
-ONE_FREQUENCY = 0.9
-"""Share of the acceleration that goes with the position: beyond, the variance of an estimate is inflated tenfold."""
+ONE_FREQUENCY = 0.99
+"""Share of the acceleration that goes with the position: beyond, nothing tells the two apart."""
+
+
+def share_with_position(conditions: Conditions) -> float:
+    """Return the share of the acceleration that goes with the position, as where an axis swings: 0 without either."""
+    x, a = conditions.position, conditions.acceleration
+    if a is None or conditions.time_is_coordinate or np.ptp(x) == 0.0 or np.ptp(a) == 0.0:
+        return 0.0
+    return float(np.corrcoef(x, a)[0, 1]) ** 2
 
 
 def one_frequency(conditions: Conditions) -> str | None:
     """Return why the data cannot tell inertia from a spring, or None: where the axis swings at one frequency."""
-    x, a = conditions.position, conditions.acceleration
-    if a is None or conditions.time_is_coordinate or np.ptp(x) == 0.0 or np.ptp(a) == 0.0:
-        return None
-    alike = float(np.corrcoef(x, a)[0, 1]) ** 2
-    return "one frequency: not identifiable from a spring" if alike > ONE_FREQUENCY else None
+    alike = share_with_position(conditions) > ONE_FREQUENCY
+    return "one frequency: not identifiable from a spring" if alike else None
 
 
 class Inertia(Effect):

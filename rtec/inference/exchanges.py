@@ -94,12 +94,22 @@ class Exchanges:
                     others += [other for i in alike for other in self.regrouped(rest, i)]
                 for other in sorted(others, key=lambda m: -m.score):
                     if other.score > better.score + HARDLY and self.gate.is_gated(other):
-                        better = max(better, self.gate.earned(self.reshaped(other)), key=lambda m: m.score)
+                        moved = self.reshaped(other)
+                        better = max(better, self.mended(moved), key=lambda m: m.score)
                         break
             if better.score <= model.score + HARDLY:
                 break
             model = better
         return model
+
+    def mended(self, model: Scored) -> Scored:
+        """Return a model, or one with another effect for the only one that has not earned its place there."""
+        failing = [k for k in range(len(model.choices)) if self.gate.why_not(model, k) is not None]
+        if len(failing) != 1:
+            return self.gate.earned(model)
+        instead = self.neighbours.children(self.neighbours.without(model, failing[0]))
+        sound = (m for m in sorted(instead, key=lambda m: -m.score) if self.gate.is_gated(m))
+        return next(sound, self.gate.earned(model))
 
     def regrouped(self, model: Scored, k: int) -> list[Scored]:
         """Return models in which a family holds but a part of what it does, in other company.

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rtec.effects import Over
+from rtec.effects.inertia import share_with_position
 from rtec.inference.completeness import (
     Sign,
     beats,
@@ -36,6 +38,8 @@ WORTH = 5.0
 """Nats by which an effect has to raise the score before it enters."""
 SHARPER = 3.0
 """Nats by which a sudden change has to be likelier than a gradual one."""
+NEARLY_ONE_FREQUENCY, MISSING = 0.9, 0.5
+"""Share of the acceleration with the position, and of the residual that wanders: a model that lacks something."""
 MATTERS, MATTERS_IN_TIME = 0.15, 2.0
 """Of what is left, that the contribution of an effect has to have beside the others; of a course without a name."""
 
@@ -140,6 +144,14 @@ def _slow_noise(gate: Gate, model: Scored, k: int) -> str | None:
     return "slow noise explains as much" if alone < WORTH else None
 
 
+def _spring(gate: Gate, model: Scored, k: int) -> str | None:
+    wanders = model.colour.rho * (1.0 - model.colour.white) > MISSING
+    if not wanders or model.choices[k][0].over is not Over.ACCELERATION:
+        return None
+    alike = share_with_position(gate.space.dataset.conditions) > NEARLY_ONE_FREQUENCY
+    return "beside what is missing it looks like a spring at nearly one frequency" if alike else None
+
+
 def _small(gate: Gate, model: Scored, k: int) -> str | None:
     return f"its contribution is below {MATTERS:g} of the residual" if gate.size(model, k) < MATTERS else None
 
@@ -208,6 +220,12 @@ RULES: tuple[Rule, ...] = (
         *("slow noise", Against.EVIDENCE, _slow_noise),
         asks="Is an effect in time of a log worth 5 nats beside noise of any colour, too?",
         earned="Logs that wander, drawn anew: without it drift or warm-up was listed in 6 of 8.",
+    ),
+    Rule(
+        *("spring", Against.EVIDENCE, _spring),
+        asks="Does the axis swing at several frequencies, where inertia stands beside a residual that wanders?",
+        earned="A friction damper swung at one frequency: what its friction left was told as a mass of a ton; springs "
+        "beside white noise are told from masses.",
     ),
     Rule(
         *("size", Against.EVIDENCE, _small),

@@ -123,7 +123,7 @@ class Search:
         # what a probe explains at once, effects may explain when their families are grouped in another way
         starts = [found] if best[False] is found else [found, best[False]]
         exchanged = map(self.exchanges.exchanged, starts)
-        ends = (self.gate.earned(self.exchanges.reshaped(m, maps=True, waves=True)) for m in exchanged)
+        ends = (self.exchanges.mended(self.exchanges.reshaped(m, maps=True, waves=True)) for m in exchanged)
         return max(ends, key=lambda m: m.score)
 
     def _grown(self, beam: Sequence[Scored]) -> list[Scored]:
