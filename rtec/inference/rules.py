@@ -224,8 +224,8 @@ RULES: tuple[Rule, ...] = (
     Rule(
         *("spring", Against.EVIDENCE, _spring),
         asks="Does the axis swing at several frequencies, where inertia stands beside a residual that wanders?",
-        earned="A friction damper swung at one frequency: what its friction left was told as a mass of a ton; springs "
-        "beside white noise are told from masses.",
+        earned="A friction damper swung at nearly one frequency: what its friction left was told as a mass of a ton. "
+        "Beside white noise a spring and a mass are told apart.",
     ),
     Rule(
         *("size", Against.EVIDENCE, _small),
