@@ -37,7 +37,7 @@ APART = 3.0
 """Cycles over the whole axis by which two waves differ at least: closer ones are a beat, a wave in one part of it."""
 OF_A_TURN = 0.02
 """Cycles by which waves of a turn may be off a whole number of them: these are harmonics, however close."""
-OUTSIDE, OUTSIDE_WITH_SIGNS = 0.04, 0.35
+OUTSIDE, OUTSIDE_WITH_SIGNS = 0.04, 0.5
 """Chance that a name stands for physics outside the library: docs/diagnosis.md has the table it was read off."""
 
 
