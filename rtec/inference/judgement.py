@@ -18,6 +18,7 @@ from rtec.inference.answer import (
     chance,
     is_given,
     probabilities,
+    replacement,
     rivalries,
     shared,
     tied_models,
@@ -50,6 +51,7 @@ from rtec.inference.experiment import (
 )
 from rtec.inference.finding import OFFSET, Finding, approximated, in_order, offset_of, steps_of
 from rtec.inference.fit import residual_of
+from rtec.inference.forms import forms_of
 from rtec.inference.gate import IN_DOUBT, generic
 from rtec.inference.leftover import unknown_structure
 from rtec.inference.noise import noise_floor
@@ -153,19 +155,23 @@ def judged(found: Finding) -> Diagnosis:
 
 
 def _complete_instead(search: Search, model: Scored) -> Scored:
-    """Return a model, or where it is not complete the likeliest that is, of those to which the data do not prefer it.
+    """Return a model, or where it is not complete one that is: with a more general effect for a special case of it.
 
-    Of an effect and a special case of it the simpler one is the answer, but not where it leaves what the other holds.
+    Of two that explain as much the special case is the answer, but not where it leaves what the other holds.
     """
 
     def is_complete(one: Scored) -> bool:
         whole = unknown_structure(search.judge, one)[0] is None
         return whole and not signs_of(search, one, noise_floor(search.judge, one))
 
+    def holds_more(other: Scored) -> bool:
+        names = replacement(model, other)
+        return names is not None and names[0] in forms_of(effect_named(names[1])).contains
+
     if is_complete(model):
         return model
     near = best_of_names(m for m in search.gate.near(model) if m.score > model.score - EQUAL).values()
-    others = (m for m in near if m.names != model.names and not generic(m) and search.gate.is_gated(m))
+    others = (m for m in near if not generic(m) and holds_more(m) and search.gate.is_gated(m))
     return next((m for m in others if is_complete(m)), model)
 
 
