@@ -252,6 +252,19 @@ def _no_growth(conditions: Conditions, shape: Shape, amplitudes: Floats) -> str 
     return None if off <= (FAR + 0.5) * conditions.span else "its fixed point would lie beyond the axis"
 
 
+def _about_a_point(conditions: Conditions, shape: Shape, other: Shape) -> Sequence[Shape]:
+    """Return a growth about a fixed point for one about zero and a shift beside it that follow one cause.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.zeros(1), position_unit="mm", run=np.ones(1, dtype=np.int64))
+    >>> [len(_about_a_point(c, GrowthShape("air"), HeatShape(sensor))) for sensor in ("air", "oil")]
+    [1, 0]
+    """
+    own = own_shape(shape, GrowthShape)
+    return (replace(own, elsewhere=True),) if other == HeatShape(own.sensor, own.lag) else ()
+
+
 def _brief(conditions: Conditions, shape: Shape) -> str | None:
     """Return why a course is too short for heat."""
     brief = TRANSIENT * float(np.ptp(conditions.clock)) if conditions.moving else 0.0
@@ -297,7 +310,7 @@ FORMS: Mapping[str, Forms] = MappingProxyType(
         "reversal_spike": Forms(doubtful=_too_sparse, suspects=_unseen_spikes, misnamed=_no_spike),
         "hysteresis": Forms(misnamed=_no_hysteresis),
         "thermal_shift": _HEAT,
-        "thermal_growth": replace(_HEAT, implausible=_no_growth),
+        "thermal_growth": replace(_HEAT, implausible=_no_growth, joined=_about_a_point, joins="thermal_shift"),
         "warm_up": Forms(doubtful=_brief, contains=("drift",)),
         "warm_up_growth": Forms(doubtful=_brief, implausible=_no_growth, contains=("scale",)),
         "lost_counts": Forms(doubtful=_takes_time, softer=_spread_out, at_most=3),
