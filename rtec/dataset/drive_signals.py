@@ -66,8 +66,8 @@ def cutoff_of(
         return most
     share = np.arange(1, bends.size // 2) / bends.size
     power = np.abs(np.fft.rfft(bends * np.hanning(bends.size))[1 : share.size + 1]) ** 2 / np.sin(np.pi * share) ** 4
-    high = float(np.median(power[share > _ONLY_NOISE])) / np.log(2.0)
-    high *= noisy and not commanded
+    tells_noise = noisy and not commanded
+    high = float(np.median(power[share > _ONLY_NOISE])) / np.log(2.0) if tells_noise else 0.0
     # 16 / 12 of the step's square, 3 / 8 of it by the window; a velocity is mostly the difference of two roundings
     floor = max(high, step**2 / 2.0 * bends.size * (1.0 if noisy else _OF_DIFFERENCES))
     bent = np.sin(np.pi * share) ** 4 * (share * rate_hz < most)

@@ -343,6 +343,8 @@ class Neighbours:
 
     def pairs(self, model: Scored) -> list[Scored]:
         """Return the models with an effect and one that builds on it, scored: the first alone may explain little."""
+        if len(model.choices) + 2 > MOST_EFFECTS:
+            return []
         held, library = set(model.names), self.judge.space.library
         waiting = [e for e in library if e.builds_on and not e.builds_on & held and not isinstance(e, Probe)]
         found = []

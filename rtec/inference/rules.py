@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtec.effects import Over
+from rtec.effects import Observable, Over
 from rtec.effects.inertia import share_with_position
 from rtec.inference.completeness import (
     Sign,
@@ -145,8 +145,8 @@ def _slow_noise(gate: Gate, model: Scored, k: int) -> str | None:
 
 
 def _spring(gate: Gate, model: Scored, k: int) -> str | None:
-    wanders = model.colour.rho * (1.0 - model.colour.white) > MISSING
-    if not wanders or model.choices[k][0].over is not Over.ACCELERATION:
+    wanders, effect = model.colour.rho * (1.0 - model.colour.white) > MISSING, model.choices[k][0]
+    if not wanders or effect.over is not Over.ACCELERATION or effect.observable is not Observable.DRIVE:
         return None
     alike = share_with_position(gate.space.dataset.conditions) > NEARLY_ONE_FREQUENCY
     return "beside what is missing it looks like a spring at nearly one frequency" if alike else None

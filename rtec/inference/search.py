@@ -106,7 +106,7 @@ class Search:
             start = self.gate.earned(self.exchanges.reshaped(start, maps=True, waves=True))
         best, beam, reached = {False: start, True: start}, [start], -np.inf
         for depth in range(MOST_EFFECTS):
-            gated, ungated = self._sorted_out(self._grown(beam), best, FIRST if depth == 0 and not begin else GATED)
+            gated, ungated = self._sorted_out(self._grown(beam), best, first=depth == 0 and not begin)
             tell(0.05 + 0.6 * (depth + 1) / MOST_EFFECTS)
             tops = {generic(m): m for m in sorted(gated, key=lambda m: m.score)}
             worth = max((m.score - best[kind].score for kind, m in tops.items()), default=0.0)
@@ -146,21 +146,21 @@ class Search:
         return sorted(grown.values(), key=lambda model: -model.score)
 
     def _sorted_out(
-        self, ranked: Sequence[Scored], best: Mapping[bool, Scored], most: int
+        self, ranked: Sequence[Scored], best: Mapping[bool, Scored], *, first: bool
     ) -> tuple[list[Scored], list[Scored]]:
-        """Return at most ``most`` best models whose every effect has earned its place, and the best that may yet.
+        """Return the best models whose every effect has earned its place, and the best that may yet.
 
-        Of those with a probe, and of those without one.
+        Of those with a probe, and of those without one. The ``first`` may be hopeless: another effect helps them.
         """
         gated: list[Scored] = []
         ungated: list[Scored] = []
         for model in ranked:
             kind = generic(model)
             alike = [m for m in gated if generic(m) == kind]
-            enough = GATED_GENERIC if kind else most
-            if len(alike) == enough or (alike and most == GATED and model.score < best[kind].score - HOPELESS):
+            enough = GATED_GENERIC if kind else FIRST if first else GATED
+            if len(alike) == enough or (alike and not first and model.score < best[kind].score - HOPELESS):
                 continue
-            if most > GATED and any(sorted(m.names) == sorted(model.names) for m in alike[1:]):
+            if first and any(sorted(m.names) == sorted(model.names) for m in alike[1:]):
                 continue
             if kind and model.score < best[False].score:  # what a probe explains has been explained without it
                 continue
