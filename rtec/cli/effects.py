@@ -65,11 +65,9 @@ def _document(effect: Effect) -> dict[str, Any]:
 
 
 def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
-    from rtec.inference.shape_text import parameter_unit
-
     items = fields(effect.shape_type)
     found = [
-        {"name": item.name, "unit": parameter_unit(item, units), "meaning": str(item.metadata["meaning"])}
+        {"name": item.name, "unit": units.of(item), "meaning": str(item.metadata["meaning"])}
         for item in items
     ]
     amplitudes = effect.amplitudes(effect.shape_type(), units)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rtec.dataset.drive_signals import Resample
 from rtec.dataset.repeats import cells_of
 from rtec.dataset.standstill import Ints
-from rtec.effects import Conditions, Effect, Floats, Observable, Shape, Units
+from rtec.effects import LIBRARY, Conditions, Effect, Floats, Library, Observable, Shape, Units
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.columns import axis_of_heading
 
@@ -65,6 +65,8 @@ class Dataset:
     """Of the low pass in front of the derivatives; None where positions were not filtered."""
     rounding: float = 0.0
     """Step in which the file rounds what is observed, in ``units.observed``; 0 where it shows none."""
+    library: Library = LIBRARY
+    """The effects that may explain it."""
     axis: int | None = None
     """Number of the axis that was measured; None where the file does not say it (``# axis: 1``)."""
 

@@ -28,8 +28,8 @@ from rtec.dataset.plausibility import implausible, unseen
 from rtec.dataset.repeats import cells_of, place_numbers
 from rtec.dataset.rows import Rows
 from rtec.dataset.standstill import Ints
-from rtec.effects import Units
-from rtec.effects.conditions import Conditions, Floats, distance_since_reversal
+from rtec.effects import LIBRARY, Library, Units
+from rtec.effects.conditions import Conditions, Floats, distance_since_reversal, heading_name
 from rtec.errors import FileFormatError
 from rtec.metrology import AxisFacts, ColumnChoices, Measurement, read_measurement
 from rtec.metrology.columns import MOST_AXES
@@ -55,6 +55,7 @@ def load_dataset(
     like: Dataset | None = None,
     facts: Mapping[str, str] | None = None,
     choices: ColumnChoices = NO_CHOICES,
+    library: Library = LIBRARY,
 ) -> Dataset:
     r"""Return the data set that a measurement holds.
 
@@ -72,6 +73,8 @@ def load_dataset(
         go before what the file says.
     choices
         What the user says of the columns of the file.
+    library
+        The effects that may explain it, with those that somebody wrote.
 
     Raises
     ------
@@ -103,7 +106,7 @@ def load_dataset(
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
     measurement = measurement_of(path_or_measurement, choices)
-    data = _prepared(measurement, observe, like, facts)
+    data = _prepared(measurement, observe, like, facts, library)
     at_targets = data.coordinate == "target" and not data.conditions.moving and data.rows == measurement.rows
     if data.observe != "deviation" or not at_targets:
         return data
@@ -138,7 +141,11 @@ def positioning_warnings(measurement: Measurement, facts: Mapping[str, str] | No
 
 
 def _prepared(
-    measurement: Measurement, observe: str | None, like: Dataset | None, facts: Mapping[str, str] | None
+    measurement: Measurement,
+    observe: str | None,
+    like: Dataset | None,
+    facts: Mapping[str, str] | None,
+    library: Library = LIBRARY,
 ) -> Dataset:
     if measurement.rows < _FEWEST_ROWS:
         problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
@@ -157,7 +164,8 @@ def _prepared(
         prepare_at_rest(rows)
     if len(rows) < _FEWEST_ROWS:
         raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {_FEWEST_ROWS}")
-    data = _dataset(rows, _conditions(rows, axis), resample, cutoff_hz)
+    data = _dataset(rows, _conditions(rows, axis, library), resample, cutoff_hz)
+    data = replace(data, library=library)
     return data if like is None else same_kind(data, like)
 
 
@@ -240,8 +248,9 @@ def _name_what_is_not_used(rows: Rows) -> None:
     rows.notes += [f"{what}: {', '.join(names)}" for what, names in unused.items() if names]
 
 
-def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
+def _conditions(rows: Rows, axis: AxisFacts, library: Library) -> Conditions:
     unit, since, periods = rows.position_unit, None, {}
+    wanted = {name for effect in library for name in effect.other_columns}
     if rows.held_direction is not None and rows.coordinate not in _NO_POSITION:
         since = distance_since_reversal(rows.position, rows.held_direction, rows.run, moving=rows.moving)
     for key in ("screw_pitch", "scale_signal_period"):
@@ -255,6 +264,9 @@ def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
         **{name: getattr(rows, name) for name in (*_SHARED, *_AROUND.values())},
         since_reversal=since,
         temperatures=MappingProxyType(rows.temperatures),
+        others=MappingProxyType({
+            name: values for heading, values in rows.unknown.items() if (name := heading_name(heading)) in wanted
+        }),
         reference_temperature_degc=axis.reference_temperature_degc(),
         screw_pitch=periods["screw_pitch"],
         signal_period=periods["scale_signal_period"],

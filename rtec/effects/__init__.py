@@ -11,7 +11,7 @@ from rtec.effects.cards import Card
 from rtec.effects.conditions import SAME, Conditions, Floats, distance_since_reversal
 from rtec.effects.cyclic import CyclicShape
 from rtec.effects.experiments import Rival
-from rtec.effects.library import LIBRARY, effect_named
+from rtec.effects.library import LIBRARY, Library, effect_named
 from rtec.effects.pitch_map import MapShape
 from rtec.effects.protocol import Amplitude, Effect, Observable, Over, Quantity, Shape, Units
 
@@ -26,6 +26,7 @@ __all__ = [
     "Effect",
     "Floats",
     "HeatShape",
+    "Library",
     "MapShape",
     "Observable",
     "Over",

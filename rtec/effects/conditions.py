@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -46,6 +47,8 @@ class Conditions:
         Of the air; None where they were not recorded.
     load
         On the axis, in whatever unit the file has; None where it was not recorded.
+    others
+        Columns of no known quantity that an effect asks for, by `heading_name`.
     reference_temperature_degc
         At which the axis has its nominal length (ISO 1: 20 degC).
     screw_pitch, signal_period, revolution
@@ -78,6 +81,7 @@ class Conditions:
     pressure_hpa: Floats | None = None
     humidity_percent: Floats | None = None
     load: Floats | None = None
+    others: Mapping[str, Floats] = field(default_factory=lambda: MappingProxyType({}))
     reference_temperature_degc: float = 20.0
     screw_pitch: float | None = None
     signal_period: float | None = None
@@ -98,7 +102,7 @@ class Conditions:
     def _columns(self) -> list[tuple[str, NDArray[np.float64] | NDArray[np.int64]]]:
         found = [(f.name, getattr(self, f.name)) for f in fields(self)]
         named = [(name, value) for name, value in found if isinstance(value, np.ndarray)]
-        return named + [(f"temperature {name}", value) for name, value in self.temperatures.items()]
+        return [*named, *self.temperatures.items(), *self.others.items()]
 
     @property
     def rows(self) -> int:
@@ -185,8 +189,20 @@ class Conditions:
             f.name: getattr(self, f.name)[rows] for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)
         }
         picked["order_of_rows"] = self.order[rows]
-        heat = {name: values[rows] for name, values in self.temperatures.items()}
-        return replace(self, temperatures=MappingProxyType(heat), **picked)
+        for name in ("temperatures", "others"):
+            picked[name] = MappingProxyType({key: values[rows] for key, values in getattr(self, name).items()})
+        return replace(self, **picked)
+
+
+def heading_name(heading: str) -> str:
+    """Return a heading as the name of a function's parameter: small letters, digits and _.
+
+    Examples
+    --------
+    >>> heading_name("Oil level [%]")
+    'oil_level'
+    """
+    return re.sub(r"[^a-z0-9]+", "_", heading.lower()).strip("_")
 
 
 def one_place(conditions: Conditions) -> str | None:

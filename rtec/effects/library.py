@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 from rtec.effects.acceleration_lag import AccelerationLag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
@@ -41,7 +43,79 @@ from rtec.effects.warm_up_growth import WarmUpGrowth
 from rtec.effects.windup import Windup
 from rtec.errors import ArgumentError, nearest
 
-LIBRARY: tuple[Effect, ...] = (
+
+@dataclass(frozen=True)
+class Library:
+    """Effects by name: those that come with rtec, and beside them those that somebody wrote.
+
+    Examples
+    --------
+    >>> [effect.name for effect in LIBRARY][:3], LIBRARY.named("backlash").needs
+    (['offset', 'scale', 'pitch_map'], 'both directions')
+    """
+
+    effects: tuple[Effect, ...]
+    own: tuple[Effect, ...] = ()
+
+    def __iter__(self) -> Iterator[Effect]:
+        return iter((*self.effects, *self.own))
+
+    @cached_property
+    def _by_name(self) -> dict[str, Effect]:
+        return {effect.name: effect for effect in self}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._by_name
+
+    def named(self, name: str) -> Effect:
+        """Return the effect of a name.
+
+        Raises
+        ------
+        ArgumentError
+            No such effect, with the nearest name; or one that belongs to captures of A/B signals.
+
+        Examples
+        --------
+        >>> LIBRARY.named("viscos")
+        Traceback (most recent call last):
+        ...
+        rtec.errors.ArgumentError: effect: 'viscos' is not an effect; use a name of the library; did you mean 'viscous'?
+        """
+        if name in self:
+            return self._by_name[name]
+        if name in CAPTURE_EFFECTS:
+            hint = f"{name} belongs to captures of A/B signals, which hold edges and no positions"
+            raise ArgumentError("effect", name, "an effect of an axis or of a drive", hint)
+        hint = nearest(name[:60], self._by_name)
+        raise ArgumentError("effect", repr(name[:60]), "a name of the library", hint, problem="is not an effect")
+
+    def with_own(self, own: Sequence[Effect]) -> Library:
+        """Return the library with effects that somebody wrote.
+
+        Raises
+        ------
+        ArgumentError
+            One has the name of another, or of one that comes with rtec.
+
+        Examples
+        --------
+        >>> LIBRARY.with_own([]) is LIBRARY
+        True
+        """
+        found: list[Effect] = [*self.own]
+        for effect in own:
+            if effect in found:
+                continue
+            if effect.name in CAPTURE_EFFECTS or effect.name in {one.name for one in (*self.effects, *found)}:
+                whose = "comes with rtec" if effect.name in {one.name for one in self.effects} else "is there already"
+                allowed = "a name of its own"
+                raise ArgumentError("effect", effect.name, allowed, problem=f"has the name of an effect that {whose}")
+            found.append(effect)
+        return Library(self.effects, tuple(found)) if len(found) > len(self.own) else self
+
+
+LIBRARY = Library((
     Offset(),
     Scale(),
     PitchMap(),
@@ -76,36 +150,11 @@ LIBRARY: tuple[Effect, ...] = (
     Gravity(),
     ForceMap(),
     LoadFriction(),
-)
+))
 """One of each effect: those of the position's deviation, then those of a drive."""
 
 CAPTURE_EFFECTS = ("phase_error", "duty_error", "jitter", "glitch", "bounce", "missed_edge", "skew")
 """Names of effects that belong to captures of A/B signals, not to measurements of an axis."""
 
-_BY_NAME = MappingProxyType({effect.name: effect for effect in LIBRARY})
-
-
-def effect_named(name: str) -> Effect:
-    """Return the effect of a name.
-
-    Raises
-    ------
-    ArgumentError
-        No such effect, with the nearest name; or one that belongs to captures of A/B signals.
-
-    Examples
-    --------
-    >>> effect_named("backlash").needs
-    'both directions'
-    >>> effect_named("viscos")
-    Traceback (most recent call last):
-    ...
-    rtec.errors.ArgumentError: effect: 'viscos' is not an effect; use a name of the library; did you mean 'viscous'?
-    """
-    if name in _BY_NAME:
-        return _BY_NAME[name]
-    if name in CAPTURE_EFFECTS:
-        hint = f"{name} belongs to captures of A/B signals, which hold edges and no positions"
-        raise ArgumentError("effect", name, "an effect of an axis or of a drive", hint)
-    hint = nearest(name[:60], _BY_NAME)
-    raise ArgumentError("effect", repr(name[:60]), "a name of the library", hint, problem="is not an effect")
+effect_named = LIBRARY.named
+"""Return an effect that comes with rtec by its name; see `Library.named`."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import abc
 import enum
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from types import MappingProxyType
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.experiments import Rival, rivals
 from rtec.errors import ArgumentError
 
+Parameter: TypeAlias = Field[Any]
+"""A field of a shape, with what it is as its metadata."""
 _SHOWN = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0), "nm": ("N*m", 1.0), "count": ("count", 1.0), "s": ("s", 1.0)}
 
 
@@ -50,6 +52,8 @@ class Quantity(enum.Enum):
     COUNT = "count"
     CHOICE = "choice"
     TEXT = "text"
+    NUMBER = "number"
+    """In a unit of its own, or none, within bounds: a parameter of an effect that somebody wrote."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +66,15 @@ class Shape:
         return ""
 
 
-def parameter(quantity: Quantity, meaning: str) -> Mapping[str, object]:
-    """Return the metadata of a shape's field: what it is and what it means.
+def parameter(quantity: Quantity, meaning: str, **more: object) -> Mapping[str, object]:
+    """Return the metadata of a shape's field: what it is and what it means; of a number ``unit``, ``low``, ``high``.
 
     Examples
     --------
     >>> parameter(Quantity.POSITION, "period")["quantity"].value
     'position'
     """
-    return MappingProxyType({"quantity": quantity, "meaning": meaning})
+    return MappingProxyType({"quantity": quantity, "meaning": meaning, **more})
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,10 +167,11 @@ class Units:
         """Unit of speeds inside: position units a second."""
         return f"{self.position}/s"
 
-    def of(self, quantity: Quantity) -> str:
+    def of(self, item: Parameter) -> str:
         """Return the unit inside of a shape parameter; empty for what has none."""
         kinds = {Quantity.POSITION: self.position, Quantity.SPEED: self.speed, Quantity.CLOCK: self.clock}
-        return kinds.get(quantity, "")
+        found: str = item.metadata.get("unit") or kinds.get(item.metadata["quantity"], "")
+        return found
 
 
 _S = TypeVar("_S", bound=Shape)
@@ -199,13 +204,14 @@ class Effect(abc.ABC):
     """
 
     name: str
-    observable: ClassVar[Observable] = Observable.DEVIATION
-    shape_type: ClassVar[type[Shape]] = Shape
+    observable: Observable | None = Observable.DEVIATION
+    """None: whatever is measured."""
+    shape_type: type[Shape] = Shape
     amplitude: ClassVar[str] = ""
     """Name of its only amplitude; empty: that of the effect."""
     amplitude_per: ClassVar[Per] = Per.NOTHING
     """What its only amplitude goes with."""
-    over: ClassVar[Over] = Over.POSITION
+    over: Over = Over.POSITION
     """What a picture shows it over."""
     data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
     """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
@@ -218,6 +224,8 @@ class Effect(abc.ABC):
     """A smooth function of position; how many nodes it has is chosen by what they explain."""
     is_wave: ClassVar[bool] = False
     """Periodic in position: a decimated log shows it at its rows as well as at every sample."""
+    other_columns: frozenset[str] = frozenset()
+    """Columns of no known quantity that it depends on, by `heading_name`."""
     builds_on: frozenset[str] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
 
@@ -235,6 +243,10 @@ class Effect(abc.ABC):
     def rivals(self) -> tuple[Rival, ...]:
         """Effects that it may be confounded with, and what to measure to separate the two."""
         return rivals().get(self.name, ())
+
+    def explains(self, observable: Observable) -> bool:
+        """Return whether it can be part of what is measured."""
+        return self.observable is None or self.observable is observable
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show this effect, or None where they can."""
@@ -281,7 +293,8 @@ class Effect(abc.ABC):
         chosen = tuple(
             (f.name, float(getattr(shape, f.name)), unit)
             for f in fields(shape)
-            if (unit := units.of(f.metadata["quantity"])) and (f.default != 0.0 or getattr(shape, f.name) != 0.0)
+            if ((unit := units.of(f)) or f.metadata["quantity"] is Quantity.NUMBER)
+            and (f.default != 0.0 or getattr(shape, f.name) != 0.0)
         )
         linear = zip(self.amplitudes(shape, units), amplitudes, strict=True)
         return chosen + tuple((a.name, float(value) * a.factor, a.unit) for a, value in linear)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import fdtrc, logsumexp
 
 from rtec.effects import Effect, Floats
+from rtec.effects.own import FunctionEffect
 from rtec.inference.forms import forms_of
 from rtec.inference.gate import INSEPARABLE
 from rtec.inference.probes import Probe
@@ -181,7 +182,12 @@ def at_ends(search: Search, choice: Choice) -> Iterator[tuple[str, str]]:
     for tunable in effect.tunables(search.space.dataset.conditions, shape):
         value = float(getattr(shape, tunable.name))
         every = [float(getattr(s, tunable.name)) for s in search.space.shapes(effect)[0]]
-        if every and max(every) > min(every):
+        if isinstance(effect, FunctionEffect):  # its author knows where the parameter may lie
+            low, high, _ = effect.bounds[tunable.name].inside
+            near = AT_END * (high - low)
+            if not low + near < value < high - near:
+                yield tunable.name.replace("_", " "), "end of the bounds"
+        elif every and max(every) > min(every):
             if value >= max(every) * (1.0 - AT_END):
                 yield tunable.name.replace("_", " "), "longest"
             elif value <= min(every) * (1.0 + AT_END):

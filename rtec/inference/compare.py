@@ -154,7 +154,7 @@ def check_model(model: Model, dataset: Dataset) -> None:
         if unit != wanted:
             raise ArgumentError("model", f"{what} in {unit}", f"{wanted}, as {dataset.source} has it")
     for term in model.terms:
-        if term.effect.observable is not dataset.observable:
+        if not term.effect.explains(dataset.observable):
             allowed = f"effects of {dataset.observe}; 'rtec effects' lists them"
             raise ArgumentError("model", f"the effect {term.name}", allowed)
         reason = term.effect.untestable(dataset.conditions)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy.special import fdtrc
 
-from rtec.effects import Floats, Shape, WavesShape, effect_named
+from rtec.effects import Floats, Shape, WavesShape
 from rtec.effects.protocol import own_shape
 from rtec.inference.leftover import OF_EXPLAINED_IN_MOTION
 from rtec.inference.proposals import orthonormal
@@ -107,7 +107,7 @@ def coloured(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequ
 def nearly_right(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:
     """Return the signs that effects are approximate."""
     text = "what is there resembles {}, but does not quite have its form"
-    return [Sign(effect_named(name).over.value, text.format(name)) for name in approximate]
+    return [Sign(search.space.dataset.library.named(name).over.value, text.format(name)) for name in approximate]
 
 
 def trends(search: Search, model: Scored, floor: NoiseFloor, approximate: Sequence[str]) -> list[Sign]:

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import search_sample, shortened
 from rtec.dataset.outliers import at_turns, far, far_from_neighbours
-from rtec.effects import Shape, effect_named
+from rtec.effects import Shape
 from rtec.errors import ArgumentError
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.experiment import experiment_for_more
@@ -217,7 +217,7 @@ def add(
     ArgumentError
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
-    effect, dataset = effect_named(effect_name), shortened(dataset, seed=seed)
+    effect, dataset = dataset.library.named(effect_name), shortened(dataset, seed=seed)
     if dataset.never_changes:
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Conditions, Effect, Observable, distance_since_reversal, effect_named
+from rtec.effects import Conditions, Effect, Observable, distance_since_reversal
 from rtec.effects.experiments import (
     AFTER_REVERSAL,
     ASKS,
@@ -84,7 +84,8 @@ def experiment_for_rivals(
 
     Where ``others`` are tied as well, the words of what separates them follow.
     """
-    first = between(effect_named(rivalry.effect), effect_named(rivalry.rival))
+    named = judge.space.dataset.library.named
+    first = between(named(rivalry.effect), named(rivalry.rival))
     further = (known_between(one.effect, one.rival) for one in others if not one.permanent)
     hidden = (
         known_between(one.name, two.name)
@@ -238,7 +239,7 @@ def experiment_for_more(
     if minimum:
         name = max(minimum, key=lambda key: minimum[key])
         unit, factor = dataset.units.shown
-        need = f": {effect_named(name).needs}" if name in not_testable else ""
+        need = f": {dataset.library.named(name).needs}" if name in not_testable else ""
         return Experiment(
             text="four times as many repeats halve the smallest detectable effects; the hardest to detect here is "
             f"{name} (from {quantity_text(minimum[name] * factor, unit, digits=3)} RMS on){need}",
@@ -246,6 +247,6 @@ def experiment_for_more(
         )
     name = next(iter(not_testable), "")
     return Experiment(
-        text=f"{name} needs {effect_named(name).needs}" if name else "repeat with more targets",
+        text=f"{name} needs {dataset.library.named(name).needs}" if name else "repeat with more targets",
         asks=frozenset() if name else frozenset((Ask.MORE_TARGETS,)),
     )

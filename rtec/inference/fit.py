@@ -334,7 +334,7 @@ def check_testable(dataset: Dataset, terms: Sequence[Term]) -> None:
         An effect of another kind of quantity, or one for which something is missing.
     """
     for term in terms:
-        if term.effect.observable is not dataset.observable:
+        if not term.effect.explains(dataset.observable):
             raise ArgumentError(
                 f"effect {term.name}", f"for {dataset.observe}", f"effects of {dataset.observable.value} data"
             )

@@ -9,7 +9,6 @@ import numpy as np
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.unseen import shifted_targets, unseen_periods
-from rtec.effects import LIBRARY, effect_named
 from rtec.inference.answer import (
     EQUAL,
     LEVEL,
@@ -166,7 +165,7 @@ def _complete_instead(search: Search, model: Scored) -> Scored:
 
     def holds_more(other: Scored) -> bool:
         names = replacement(model, other)
-        return names is not None and names[0] in forms_of(effect_named(names[1])).contains
+        return names is not None and names[0] in forms_of(search.space.dataset.library.named(names[1])).contains
 
     if is_complete(model):
         return model
@@ -222,7 +221,7 @@ def _experiment(
         return experiment_for_rivals(found.scout.judge, found.scouted, tied[0], tied[1:])
     for name in doubts_of(found):
         if name in not_testable:  # no reading here shows it: the experiment that separates it does
-            return experiment_of([rival.experiment for rival in effect_named(name).rivals[:1]])
+            return experiment_of([rival.experiment for rival in found.dataset.library.named(name).rivals[:1]])
         return Experiment(text=f"{name}: {settling(found, name)}")
     if unknown is not None:
         return experiment_for_unknown(unknown, found.dataset)
@@ -272,11 +271,10 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
         )
     if not found.searched:
         notes.append("no search was made: the other effects are only ranked; rtec diagnose searches on from here")
-    known = {e.name for e in LIBRARY}
     notes += [
         f"{name} was tried and not accepted: {why}"
         for name, why in found.search.gate.refused.items()
-        if name in known and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
+        if name in found.dataset.library and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
     ]
     return tuple(notes)
 

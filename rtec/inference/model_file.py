@@ -37,14 +37,13 @@ from typing import Any
 
 from rtec.checks import number_within
 from rtec.dataset.observed import DRIVE, observable_of
-from rtec.effects import Amplitude, Effect, Observable, Units, effect_named
+from rtec.effects import LIBRARY, Amplitude, Effect, Library, Observable, Units
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.inference.forms import forms_of
 from rtec.inference.model import Model, Term
 from rtec.inference.shape_text import (
     field_keys,
     is_continuous,
-    parameter_unit,
     read_shape,
     shown_field,
     shown_list,
@@ -66,12 +65,13 @@ _LARGEST = sys.float_info.max
 _UNIT = re.compile(r"[a-z][a-z_/0-9^*]{0,15}", re.ASCII | re.IGNORECASE)
 
 
-def read_model(path: str | Path, units: Units | None = None) -> Model:
+def read_model(path: str | Path, units: Units | None = None, library: Library = LIBRARY) -> Model:
     r"""Read a model.
 
     Its terms have no amplitudes where the file gives none, and no shape where it leaves out a period, a time constant
     or the like. ``units`` are those inside of the measurement that the model is for; without, the file itself has to
-    state them, as one written by :func:`write_model` does.
+    state them, as one written by :func:`write_model` does. An effect that does not come with rtec has to be in
+    ``library``: a file names effects, and is never a way to run code.
 
     Raises
     ------
@@ -89,13 +89,30 @@ def read_model(path: str | Path, units: Units | None = None) -> Model:
     >>> read_model(file, Units("mm", "mm", "s")).terms[0].amplitudes
     (0.012,)
     """
-    top = _tables(path)
-    model = Model(observe=_observe(path, top), units=_units(path, top, units))
+    return model_of_tables(path, model_tables(path), units, library)
+
+
+def model_of_tables(
+    path: str | Path, top: Mapping[str, Any], units: Units | None = None, library: Library = LIBRARY
+) -> Model:
+    """Return the model that the tables of a file make; ``path`` stands for it in messages.
+
+    Raises
+    ------
+    FileFormatError, ArgumentError
+        As `read_model`.
+
+    Examples
+    --------
+    >>> model_of_tables("m", {"observe": "deviation", "effect": [{"name": "scale"}]}, Units("mm", "mm", "s")).names
+    ('scale',)
+    """
+    model = Model(observe=observe_of_tables(path, top), units=_units(path, top, units))
     model = replace(model, range=_range(path, top, model.units))
     unit, factor = model.units.shown
     datum = parse_in(top["datum"], unit, name=f"{path}: datum", inside=factor) if "datum" in top else 0.0
     terms: list[Term] = []
-    for entry in _effects(path, top):
+    for entry in _effects(path, top, library):
         terms.append(entry.term(model.units))
         entry.check_place(model.observe, terms)
     return replace(model.with_terms(terms, datum=datum), interval=_interval(path, top, model.units))
@@ -109,7 +126,7 @@ def read_observe(path: str | Path) -> str:
     FileFormatError
         As :func:`read_model`.
     """
-    return _observe(path, _tables(path))
+    return observe_of_tables(path, model_tables(path))
 
 
 def write_model(path: str | Path, model: Model) -> None:
@@ -158,7 +175,7 @@ def _term_lines(term: Term, units: Units) -> Iterator[str]:
         yield f"{item.name} = {shown_field(item, getattr(term.shape, item.name), units)}"
         error = shape_errors.get(item.name, math.nan)
         if math.isfinite(error):
-            yield f'{item.name}_error = "{written(error, parameter_unit(item, units))}"'
+            yield f"{item.name}_error = {shown_field(item, error, units)}"
     if term.amplitudes is None:
         return
     named = term.effect.amplitudes(term.shape, units)
@@ -183,8 +200,8 @@ def _amount_keys(effect: Effect, named: Sequence[Amplitude]) -> tuple[str, str]:
     return named[0].name, f"{named[0].name}_error"
 
 
-def _tables(path: str | Path) -> dict[str, Any]:
-    """Return the tables of the file, with known keys at the top."""
+def model_tables(path: str | Path) -> dict[str, Any]:
+    """Return the tables of a model's file, with known keys at the top."""
     text = read_text(path, "a model in TOML", most_bytes=MAX_BYTES)
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") > MAX_DOTS:
@@ -197,7 +214,8 @@ def _tables(path: str | Path) -> dict[str, Any]:
     return top
 
 
-def _observe(path: str | Path, top: Mapping[str, Any]) -> str:
+def observe_of_tables(path: str | Path, top: Mapping[str, Any]) -> str:
+    """Return which quantity a model explains."""
     observe = top.get("observe")
     if not isinstance(observe, str) or not 0 < len(observe) <= 100 or not observe.isprintable():
         problem = "no key 'observe'" if observe is None else f"observe = {brief(repr(observe))}"
@@ -249,7 +267,7 @@ def _interval(path: str | Path, top: Mapping[str, Any], units: Units) -> float |
     return half
 
 
-def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:
+def _effects(path: str | Path, top: Mapping[str, Any], library: Library) -> Iterator[_Entry]:
     entries = top.get("effect", [])
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise FileFormatError(path, None, "'effect' is no list of tables", "[[effect]] in front of each effect")
@@ -260,9 +278,10 @@ def _effects(path: str | Path, top: Mapping[str, Any]) -> Iterator[_Entry]:
         if not isinstance(name, str):
             raise FileFormatError(path, None, f"effect {number} has no name", 'such as name = "backlash"')
         try:
-            effect = effect_named(name)
+            effect = library.named(name)
         except ArgumentError as error:
-            allowed = "; ".join(part for part in (error.allowed, error.hint) if part)
+            somebodys = "that of an own effect needs --effects FILE.py"
+            allowed = "; ".join(part for part in (error.allowed, error.hint, somebodys) if part)
             raise FileFormatError(path, None, f"effect {number}: no effect {brief(name)!r}", allowed) from None
         yield _Entry(path, number, effect, entry)
 
@@ -281,7 +300,7 @@ class _Entry:
 
         ``terms`` are those of the file so far, this one with them.
         """
-        if self.effect.observable is not observable_of(observe):
+        if self.effect.observable is not None and self.effect.observable is not observable_of(observe):
             kinds = {Observable.DEVIATION: "a position deviation", Observable.DRIVE: " or ".join(DRIVE)}
             problem = f"{self.effect.name} belongs to {kinds[self.effect.observable]}, not to {observe!r}"
             raise self._wrong(problem, f"effects of {kinds[observable_of(observe)]}; 'rtec effects' lists them")
@@ -311,7 +330,7 @@ class _Entry:
         for item in items:
             key = f"{item.name}_error"
             if key in self.table:
-                error = parse_in(self.table[key], parameter_unit(item, units), name=self._name(key))
+                error = self._number(key, self.table[key], Amplitude(key, units.of(item), 1.0))
                 shape_errors.append((item.name, error))
         own = tuple(shape_errors)
         return Term(effect=self.effect, shape=shape, amplitudes=amplitudes, errors=errors, shape_errors=own)

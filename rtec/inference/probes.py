@@ -15,7 +15,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.effects import Effect, Floats, Observable, Shape, Units, effect_named
 from rtec.effects._heat import LEAST_CHANGE_K
 from rtec.effects._smooth import smooth_columns
-from rtec.effects.conditions import Conditions
+from rtec.effects.conditions import Conditions, heading_name
 from rtec.effects.protocol import Amplitude
 
 FORCE_MAP, GRAVITY = effect_named("force_map"), effect_named("gravity")
@@ -75,7 +75,9 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     found = []
     # a deviation that follows a temperature has a name: thermal_shift
     heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
-    strange = [(heading, values) for heading, values in dataset.unknown if not is_index(values, c)]
+    used = dataset.conditions.others
+    unknown = (item for item in dataset.unknown if heading_name(item[0]) not in used)
+    strange = [(heading, values) for heading, values in unknown if not is_index(values, c)]
     for heading, values in (*heats.items(), *strange):
         least = LEAST_CHANGE_K if heading in heats else 0.0
         if np.isfinite(values).all() and np.ptp(values) > least:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import Field, fields
+from dataclasses import fields
 from typing import Any
 
-from rtec.checks import whole_within
+from rtec.checks import number_within, whole_within
 from rtec.effects import Effect, Quantity, Shape, Units
+from rtec.effects.protocol import Parameter
 from rtec.errors import ArgumentError
 from rtec.units import parse_in, written
 
@@ -18,9 +19,7 @@ _LARGEST_COUNT = 1000
 _LARGEST_RUN = 2**31
 _SMALLEST = 1e-12
 """Of a period, a distance and the like: beyond it and its inverse a column of it is no more than rounding."""
-_CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK)
-
-Parameter = Field[Any]
+_CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK, Quantity.NUMBER)
 
 
 def field_keys(shape_type: type[Shape]) -> tuple[str, ...]:
@@ -49,16 +48,11 @@ def written_fields(shape: Shape) -> tuple[Parameter, ...]:
     >>> [item.name for item in written_fields(CyclicShape(6.35))]
     ['period', 'harmonics', 'by_direction']
     """
-    return tuple(x for x in fields(shape) if not (is_continuous(x) and getattr(shape, x.name) == 0.0))
+    return tuple(x for x in fields(shape) if not (is_continuous(x) and getattr(shape, x.name) == x.default == 0.0))
 
 
 def _is_list(item: Parameter) -> bool:
     return isinstance(item.default, tuple)
-
-
-def parameter_unit(item: Parameter, units: Units) -> str:
-    """Return the unit of a parameter; empty for what has none."""
-    return units.of(item.metadata["quantity"])
 
 
 def read_shape(
@@ -103,7 +97,7 @@ def read_shape(
     try:
         return effect.shape_type(**values)
     except ArgumentError as error:  # a shape knows no units: its range ends with a number in that of the parameter
-        unit = {item.name: parameter_unit(item, units) for item in items}[error.name]
+        unit = {item.name: units.of(item) for item in items}[error.name]
         found = repr(given.get(error.name, error.value))[:60]
         allowed = f"{error.allowed} {unit}".rstrip()
         raise ArgumentError(name(error.name), found, allowed, error.hint, problem=error.problem) from None
@@ -123,7 +117,11 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
         if not isinstance(value, str) or not 0 < len(value) <= 200 or not value.isprintable():
             raise ArgumentError(key, repr(value)[:60], "a printable text of 1 to 200 characters in quotes")
         return value
-    unit = parameter_unit(item, units)
+    unit = units.of(item)
+    if quantity is Quantity.NUMBER:
+        low, high = item.metadata["low"], item.metadata["high"]
+        number = parse_in(value, unit, name=key) if unit else number_within(key, value, low, high)  # type: ignore[arg-type]
+        return number_within(key, number, low, high)
     if _is_list(item):
         return _places(key, value, unit)
     number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
@@ -173,7 +171,7 @@ def shown_field(item: Parameter, value: object, units: Units) -> str:
     >>> shown_field(period, 6.35, units), shown_field(harmonics, 2, units), shown_field(by_direction, True, units)
     ('"6.35 mm"', '2', 'true')
     """
-    unit = parameter_unit(item, units)
+    unit = units.of(item)
     if isinstance(value, tuple):
         return shown_list([f'"{written(place, unit)}"' if unit else str(place) for place in value])
     if unit:

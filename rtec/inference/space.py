@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import LIBRARY, Effect, Floats, Observable, Shape
+from rtec.effects import Effect, Floats, Observable, Shape
 from rtec.inference.colour import COLOURS, Colour, Whitening, gaps_of
 from rtec.inference.evidence import Sums
 from rtec.inference.forms import forms_of
@@ -157,14 +157,14 @@ class Space:
     def reasons(self) -> dict[str, str | None]:
         """Why an effect cannot be tested, by name; None where it can."""
         kind = self.dataset.observable
-        return {e.name: e.untestable(self.dataset.conditions) for e in LIBRARY if e.observable is kind}
+        return {e.name: e.untestable(self.dataset.conditions) for e in self.dataset.library if e.explains(kind)}
 
     @cached_property
     def library(self) -> tuple[Effect, ...]:
         """The effects that the data can show."""
         return tuple(
             effect
-            for effect in LIBRARY
+            for effect in self.dataset.library
             if self.reasons.get(effect.name, "") is None and forms_of(effect).ranked(self.dataset.conditions)
         ) + probes_of(self.dataset)
 
@@ -172,7 +172,7 @@ class Space:
     def suspected(self) -> tuple[Effect, ...]:
         """The effects that the data cannot show, and that may be what they show of others."""
         c = self.dataset.conditions
-        return tuple(e for e in LIBRARY if self.reasons.get(e.name) is not None and forms_of(e).suspects(c))
+        return tuple(e for e in self.dataset.library if self.reasons.get(e.name) is not None and forms_of(e).suspects(c))
 
     @cached_property
     def _at_rows(self) -> Dataset:

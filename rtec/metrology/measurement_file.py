@@ -22,6 +22,7 @@ from rtec.metrology.measurement import Cells, Column, Measurement, measurement_o
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
+from rtec.metrology.tables.frame import table_of_columns
 from rtec.metrology.tables.headings import Meaning, Strength, meaning_of
 from rtec.metrology.tables.layout import tables_of_text
 from rtec.metrology.tables.placing import place
@@ -93,6 +94,31 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     if is_renishaw_file(text):
         return read_renishaw_text(path, text, choices)
     return _of_table(one_table(tables_of_text(path, text), choices), choices, notes)
+
+
+def measurement_of_columns(
+    source: object, choices: ColumnChoices = NO_CHOICES, facts: Mapping[str, str] | None = None
+) -> Measurement:
+    """Return a mapping of columns, or a data frame of any library, as a measurement.
+
+    Headings are those of files (``target_mm``, ``deviation_um``, ``run``, ...); a row in which a value is missing is
+    left out. ``facts`` are its ``# key: value`` lines.
+
+    Raises
+    ------
+    ArgumentError, FileFormatError
+        As `rtec.metrology.tables.frame.table_of_columns` and `read_measurement`.
+
+    Examples
+    --------
+    >>> m = measurement_of_columns({"target_mm": [0.0, 5.0, 9.0], "deviation_um": [1.0, None, 3.0]})
+    >>> m.columns["deviation"].values.tolist(), m.notes
+    ([0.001, 0.003], ('1 of 3 rows are left out, because a cell is empty: line 2 (deviation_um is empty)',))
+    """
+    table = table_of_columns(source)
+    if choices.sheet is not None or choices.table is not None:
+        raise ArgumentError("sheet, table", "", "them for a file", problem="mean nothing for columns")
+    return _of_table(replace(table, facts=dict(facts or {})), choices, ())
 
 
 def _of_a_laser_system(option: str, path: str | Path) -> ArgumentError:

@@ -34,7 +34,7 @@ def without_units(table: Table, choices: ColumnChoices) -> Table:
     >>> found.rows, found.units, found.notes
     ([[1.0], [0.9]], ('mm',), ("column 'Soll' is in mm and um: all of it was turned into mm",))
     """
-    if table.rows is None and not may_hold_units(table.text):
+    if table.numbers is not None or (table.rows is None and not may_hold_units(table.text)):
         return table
     rows, lines = table.cells()
     units, notes = list(table.units), list(table.notes)

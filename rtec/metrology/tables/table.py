@@ -6,6 +6,9 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtec.errors import FileFormatError
 from rtec.metrology.plain_numbers import LONGEST_SHOWN, shown
 from rtec.metrology.tables.cells import Cell
@@ -42,6 +45,8 @@ class Table:
     rows: list[list[Cell]] | None = None
     lines: Sequence[int] = ()
     """``rows``, ``lines``: cells of a workbook, and the row of the sheet in which each stood."""
+    numbers: NDArray[np.float64] | None = None
+    """Of columns in memory that are numbers throughout, shape (rows, columns), instead of ``rows``."""
     notes: tuple[str, ...] = ()
     """What was found out, in words."""
 
@@ -70,6 +75,8 @@ class Table:
         """
         if self.rows is not None:
             return self.rows, self.lines
+        if self.numbers is not None:
+            return [list(row) for row in self.numbers.tolist()], self.lines
         width = len(self.headings)
         if width * len(self.text) > MOST_CELLS:
             problem = f"{width * len(self.text)} cells, not all of which are plain numbers"

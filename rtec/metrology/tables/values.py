@@ -53,7 +53,7 @@ class Values:
         self.lines: Sequence[int] = ()
         self.mark = "."
         if self.numbers is not None:
-            self.lines = _numbered(table.text, table.first_line)
+            self.lines = table.lines or _numbered(table.text, table.first_line)
             return
         self.rows, self.lines = table.cells()
         if not self.rows:
@@ -66,8 +66,8 @@ class Values:
     def _quickly(self, decimal: str | None) -> NDArray[np.float64] | None:
         """Return all cells in one sweep where they are numbers with nothing strange between them."""
         table, width = self.table, len(self.table.headings)
-        if table.rows is not None:
-            return None
+        if table.rows is not None or table.numbers is not None:
+            return table.numbers
         few = [text.split(table.separator) for text in table.text[:_SAMPLE] if text.strip()]
         apart = table.separator == ","
         marks = decimal_marks((cell.strip() for row in few for cell in row), commas_apart=apart)

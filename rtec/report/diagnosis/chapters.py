@@ -12,7 +12,7 @@ import numpy as np
 from rtec.dataset.dataset import Dataset, warnings_of
 from rtec.effects import Card
 from rtec.effects.experiments import rival
-from rtec.inference.collinear import collinear_pairs, effect_or_none, nested, not_identifiable, tied_groups
+from rtec.inference.collinear import collinear_pairs, nested, not_identifiable, tied_groups
 from rtec.inference.fit import values_of
 from rtec.inference.model import Model
 from rtec.inference.results import Candidate, Diagnosis, NoiseFloor, Verdict
@@ -338,12 +338,8 @@ def tie_words(diagnosis: Diagnosis) -> str:
 
 def unmeasured(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """Return what could not be tested, why, and what the effect needs."""
-    return [(spoken(name), printable(why), _needs(name)) for name, why in diagnosis.not_testable]
-
-
-def _needs(name: str) -> str:
-    effect = effect_or_none(name)
-    return "" if effect is None else effect.needs
+    library = diagnosis.dataset.library
+    return [(spoken(name), printable(why), library.named(name).needs) for name, why in diagnosis.not_testable]
 
 
 def pairs_text(pairs: Iterable[tuple[str, float]], text: Callable[[float], str]) -> list[tuple[str, str]]:

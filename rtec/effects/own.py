@@ -1,0 +1,450 @@
+"""Effects that somebody wrote: a plain function of quantities, with bounds on its parameters.
+
+Nobody has to know how a search works to have an effect of their own in it. A function says what a unit of the effect
+adds; where its parameters may lie is its annotations. From those follow what it needs, the shapes of its scan, and
+how it stands in a model file.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+import re
+import sys
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, make_dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from rtec.effects.cards import Card
+from rtec.effects.conditions import Conditions, Floats, heading_name
+from rtec.effects.experiments import Rival
+from rtec.effects.protocol import Effect, Observable, Over, Quantity, Shape, Tunable, Units, parameter
+from rtec.errors import ArgumentError, unknown
+from rtec.units import UNITS
+
+_STEP = 0.9
+"""Cosine between neighbours of a scan at least: what lies between two is then missed by 3 % of its size at most."""
+_FEWEST, _MOST, _MOST_OF_ONE = 3, 4000, 513
+"""Shapes of a scan: of a parameter at least, of all together and of one parameter at most."""
+_ROWS = 2000
+"""Rows on which the scan's steps are chosen."""
+_GEOMETRIC = 10.0
+"""Ratio of the bounds from which on steps are equal ratios, not equal differences."""
+_LEAST_CHANGE = 1e-9
+"""Share of its size by which a contribution has to change over the readings to be seen."""
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
+_OVER = {"direction": Over.REVERSAL, "since_reversal": Over.REVERSAL, "load": Over.TIME}
+_SLOW = frozenset({"time", "temperature", "run", "load", "pressure", "humidity"})
+_MEANT = MappingProxyType({
+    "position": "a position", "direction": "a direction", "velocity": "a velocity or feed column, or moving data",
+    "acceleration": "moving data", "time": "a time column", "temperature": "one temperature column",
+    "since_reversal": "directions", "run": "runs", "load": "a load column", "pressure": "a pressure column",
+    "humidity": "a humidity column",
+})  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Within:
+    """Where a parameter of an effect may lie: from ``low`` to ``high``, in ``unit`` (none: a number).
+
+    The function gets it in the unit that its dimension has inside: lengths in mm, angles in deg, speeds in mm/s or
+    deg/s, times in s.
+
+    Raises
+    ------
+    ArgumentError
+        Bounds that are no numbers or not in order, or a unit that is not known.
+
+    Examples
+    --------
+    >>> Within(1, 50, "um").inside
+    (0.001, 0.05, 'mm')
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        """Check bounds and unit."""
+        ends = (self.low, self.high)
+        if not all(isinstance(end, int | float) and math.isfinite(end) for end in ends) or not self.low < self.high:
+            raise ArgumentError("Within", f"{self.low!r}, {self.high!r}", "two finite numbers, the lower one first")
+        if self.unit and self.unit not in UNITS:
+            raise unknown("Within", str(self.unit)[:60], UNITS, noun="unit")
+
+    @property
+    def inside(self) -> tuple[float, float, str]:
+        """Both bounds and the unit as the function gets them."""
+        unit = UNITS.get(self.unit)
+        if unit is None:
+            return float(self.low), float(self.high), self.unit
+        target = next(u.name for u in UNITS.values() if u.dimension == unit.dimension and u.factor == 1.0)
+        low, high = ((end + unit.offset) * unit.factor for end in (self.low, self.high))
+        return low, high, target
+
+
+class FunctionEffect(Effect):
+    """An effect that a function states; `effect` makes it."""
+
+    observable: Observable | None = None
+
+    def __init__(self, function: Callable[..., Any], over: str | None, name: str | None, *, not_negative: bool) -> None:
+        """Read the function's signature."""
+        self.function = function
+        self.name = _checked_name(name or getattr(function, "__name__", ""))
+        self.not_negative = not_negative
+        self.quantities, bounds = _signature(function, self.name)
+        self.bounds: Mapping[str, Within] = MappingProxyType(bounds)
+        self.over = _over(over, self.quantities, self.name)
+        self.in_time = any(name in _SLOW or name not in _MEANT for name in self._bare)
+        made = make_dataclass(
+            f"{self.name}_shape",
+            [(key, float, _field(key, within)) for key, within in bounds.items()],
+            bases=(Shape,),
+            frozen=True,
+            slots=True,
+        )
+        self.shape_type: type[Shape] = made
+        self._grids: weakref.WeakKeyDictionary[Conditions, tuple[tuple[Floats, ...], tuple[Shape, ...]]]
+        self._grids = weakref.WeakKeyDictionary()
+        self.__doc__ = function.__doc__
+
+    def __call__(self, *args: Any, **given: Any) -> Any:
+        """Call the function itself."""
+        return self.function(*args, **given)
+
+    def __repr__(self) -> str:
+        """Return its name and what it depends on."""
+        return f"<effect {self.name}({', '.join([*self.quantities, *self.bounds])})>"
+
+    @property
+    def _bare(self) -> list[str]:
+        """What it depends on, a named temperature as a temperature."""
+        return ["temperature" if name.startswith("temperature_") else name for name in self.quantities]
+
+    @property
+    def other_columns(self) -> frozenset[str]:
+        """Names of the columns of no known quantity that it depends on."""
+        return frozenset(name for name in self._bare if name not in _MEANT)
+
+    @property
+    def card(self) -> Card:
+        """What its docstring says, as a card."""
+        title, _, more = inspect.cleandoc(self.__doc__ or self.name).partition("\n")
+        code = self.function.__code__
+        return Card(
+            title=title.strip().rstrip("."),
+            needs=", ".join(dict.fromkeys(_meant(name) for name in self.quantities)),
+            plot=f"look at what is left over {self.over.value}.",
+            cause=" ".join(more.split()) or "as its author says.",
+            consequence="as its author says.",
+            action="as its author says.",
+            invariant_to="what it is no function of.",
+            source=f"{Path(code.co_filename).name}, line {code.co_firstlineno}.",
+        )
+
+    @property
+    def rivals(self) -> tuple[Rival, ...]:
+        """None are known beforehand."""
+        return ()
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        """Return why the data cannot show it: a column is missing, or it is constant on these readings."""
+        for name in self.quantities:
+            if _of(conditions, name) is None:
+                return _missing(conditions, name)
+        thin = self._thinned(conditions)
+        columns = np.array([self._column(thin, shape) for shape in self._corners()])
+        spread, size = np.ptp(columns, axis=1), np.abs(columns).max(axis=1)
+        if not (spread > _LEAST_CHANGE * size).any() and not self._shapes_of(conditions):
+            return "it is the same at every reading"
+        return None
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return shapes so close together that neighbours look alike on these readings, those without effect left out.
+
+        Notes
+        -----
+        Steps are halved, one parameter at a time, until the columns of neighbours have a cosine of 0.9, the constant
+        taken out, beside settings of the others.
+        """
+        return self._shapes_of(conditions) or (self.shape_type(),)
+
+    def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
+        """Return every parameter, free by two steps of the scan within its bounds."""
+        found = []
+        for ladder, (name, within) in zip(self._ladders(conditions), self.bounds.items(), strict=True):
+            value, (low, high, _) = float(getattr(shape, name)), within.inside
+            k = int(np.abs(ladder - value).argmin())
+            near = ladder[max(k - 2, 0)], ladder[min(k + 2, ladder.size - 1)]
+            found.append(Tunable(name, max(low, min(near[0], value)), min(high, max(near[1], value))))
+        return tuple(found)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        return self._column(conditions, shape)[:, None]
+
+    def _column(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return what the function says, shape (rows,); refuse what is no number for each reading."""
+        values = []
+        for name in self.quantities:
+            column = _of(conditions, name)
+            values.append(_read_only(self._needed(column, _meant(name))))
+        given = {item.name: float(getattr(shape, item.name)) for item in fields(shape)}
+        said = ", ".join(f"{key} = {value:.6g}" for key, value in given.items()) or "these readings"
+        try:
+            with np.errstate(all="ignore"):
+                found = np.asarray(self.function(*values, **given), dtype=np.float64)
+        except Exception as error:  # whatever somebody's function raises is told with its line
+            raise self._wrong(f"{_line_of(error, self.function)}: {type(error).__name__}: {error}", said) from error
+        if found.shape not in ((), (conditions.rows,)):
+            raise self._wrong(f"it returns shape {found.shape}", said, f"a number for each of {conditions.rows} readings")
+        if not np.isfinite(found).all():
+            raise self._wrong(f"it returns {found[~np.isfinite(found)].flat[0]}", said, "finite numbers")
+        return np.broadcast_to(found, (conditions.rows,))
+
+    def _wrong(self, problem: str, said: str, allowed: str = "a function that works for every reading") -> ArgumentError:
+        return ArgumentError(f"effect {self.name}", said, allowed, problem=f"at {said}: {problem[:300]}")
+
+    def _thinned(self, conditions: Conditions) -> Conditions:
+        if conditions.rows <= _ROWS:
+            return conditions
+        return conditions.take(np.linspace(0, conditions.rows - 1, _ROWS).astype(np.int64))
+
+    def _corners(self) -> Iterator[Shape]:
+        """Yield shapes with each parameter at a quarter, the middle and three quarters of its bounds."""
+        for share in (0.5, 0.25, 0.75):
+            yield self.shape_type(**{name: _at(within, share) for name, within in self.bounds.items()})
+
+    def _ladders(self, conditions: Conditions) -> tuple[Floats, ...]:
+        return self._grid(conditions)[0]
+
+    def _shapes_of(self, conditions: Conditions) -> tuple[Shape, ...]:
+        return self._grid(conditions)[1]
+
+    def _grid(self, conditions: Conditions) -> tuple[tuple[Floats, ...], tuple[Shape, ...]]:
+        if conditions not in self._grids:
+            self._grids[conditions] = self._searched(self._thinned(conditions))
+        return self._grids[conditions]
+
+    def _searched(self, thin: Conditions) -> tuple[tuple[Floats, ...], tuple[Shape, ...]]:
+        counts = {name: self._steps(thin, name) for name in self.bounds}
+        while math.prod(counts.values()) > _MOST:
+            most = max(counts, key=lambda name: counts[name])
+            counts[most] = max(counts[most] * 3 // 4, 2)
+        ladders = {name: np.array([_at(self.bounds[name], s) for s in np.linspace(0.0, 1.0, n)]) for name, n in counts.items()}
+        every = [self.shape_type(**dict(zip(ladders, values, strict=True))) for values in itertools.product(*ladders.values())]
+        seen = []
+        for shape in every:
+            column = self._column(thin, shape)
+            if float(np.ptp(column)) > _LEAST_CHANGE * float(np.abs(column).max()):
+                seen.append(shape)
+        return tuple(ladders.values()), tuple(seen)
+
+    def _steps(self, thin: Conditions, name: str) -> int:
+        """Return how many values of one parameter a scan needs beside settings of the others."""
+        others = [key for key in self.bounds if key != name]
+        settings = list(itertools.islice(itertools.product((0.5, 0.05, 0.95), repeat=len(others)), 9))
+        count = _FEWEST
+        while count < _MOST_OF_ONE:
+            if all(self._close(thin, name, count, dict(zip(others, s, strict=True))) for s in settings):
+                return count
+            count = 2 * count - 1
+        return count
+
+    def _close(self, thin: Conditions, name: str, count: int, others: Mapping[str, float]) -> bool:
+        rest = {key: _at(self.bounds[key], share) for key, share in others.items()}
+        table = np.array([
+            self._column(thin, self.shape_type(**{name: _at(self.bounds[name], share)}, **rest))
+            for share in np.linspace(0.0, 1.0, count)
+        ])  # fmt: skip
+        table = table - table.mean(axis=1, keepdims=True)
+        length = np.sqrt((table**2).sum(axis=1))
+        seen = (length[1:] > 0.0) & (length[:-1] > 0.0)
+        cosine = (table[1:] * table[:-1]).sum(axis=1)[seen] / (length[1:] * length[:-1])[seen]
+        return bool((np.abs(cosine) >= _STEP).all())
+
+
+def effect(
+    function: Callable[..., Any] | None = None,
+    /,
+    *,
+    over: str | None = None,
+    name: str | None = None,
+    not_negative: bool = False,
+) -> Any:
+    """Make an effect of a function.
+
+    Parameters
+    ----------
+    function
+        Its positional parameters are quantities, as arrays of shape (rows,): ``position`` (mm or deg), ``direction``
+        (+1, -1), ``velocity`` (mm/s), ``acceleration``, ``time`` (s), ``temperature`` or ``temperature_NAME`` (degC),
+        ``since_reversal`` (mm), ``run``, ``load``, ``pressure`` (hPa), ``humidity`` (%), or the name of a column. Its
+        keyword-only parameters are annotated with `Within`. It returns what a unit of the effect adds, shape (rows,).
+    over
+        What it is drawn over, such as ``position``; the first quantity without.
+    name
+        That of the function without.
+    not_negative
+        Whether its amplitude cannot be below zero, as that of a friction.
+
+    Raises
+    ------
+    ArgumentError
+        A parameter without bounds, no quantity at all, or a name that no model file could have.
+
+    Examples
+    --------
+    >>> @effect(over="position")
+    ... def dent(position, *, place: Within(0, 500, "mm"), width: Within(2, 40, "mm")):
+    ...     "A dent in the way: a bump of some width at some place."
+    ...     return np.exp(-(((position - place) / width) ** 2))
+    >>> dent
+    <effect dent(position, place, width)>
+    >>> dent.card.title
+    'A dent in the way: a bump of some width at some place'
+    """
+    if function is None:
+        return lambda given: effect(given, over=over, name=name, not_negative=not_negative)
+    if not callable(function):
+        raise ArgumentError("effect", repr(function)[:60], "a function; @rtec.effect stands above one")
+    return FunctionEffect(function, over, name, not_negative=not_negative)
+
+
+def as_effects(given: Sequence[object]) -> tuple[Effect, ...]:
+    """Return effects that somebody wrote: made by `effect`, or objects or classes derived from `Effect`.
+
+    Raises
+    ------
+    ArgumentError
+        Something that is no effect.
+
+    Examples
+    --------
+    >>> as_effects([3])
+    Traceback (most recent call last):
+    ...
+    rtec.errors.ArgumentError: effects: 3; use effects made by @rtec.effect or derived from rtec.Effect
+    """
+    found = []
+    for one in given:
+        made = one() if isinstance(one, type) and issubclass(one, Effect) else one
+        if not isinstance(made, Effect):
+            raise ArgumentError("effects", repr(one)[:60], "effects made by @rtec.effect or derived from rtec.Effect")
+        _checked_name(getattr(made, "name", ""))
+        found.append(made)
+    return tuple(found)
+
+
+def _checked_name(name: str) -> str:
+    if not _NAME.fullmatch(name):
+        allowed = "a name of small letters, digits and _, 40 at most, such as dent; name=... states one"
+        raise ArgumentError("effect", repr(name)[:60], allowed)
+    return name
+
+
+def _signature(function: Callable[..., Any], name: str) -> tuple[tuple[str, ...], dict[str, Within]]:
+    """Return the quantities that a function takes, and the bounds of its parameters."""
+    try:
+        signature = inspect.signature(function, eval_str=True)
+    except (NameError, TypeError, ValueError, SyntaxError, AttributeError) as error:
+        raise ArgumentError(f"effect {name}", f"{error}", "a function whose annotations can be read") from error
+    quantities, bounds = [], {}
+    for one in signature.parameters.values():
+        if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+            raise ArgumentError(f"effect {name}", f"*{one.name}", "named quantities, and parameters behind a *")
+        if one.kind is not one.KEYWORD_ONLY:
+            quantities.append(one.name)
+        elif isinstance(one.annotation, Within):
+            bounds[one.name] = one.annotation
+        else:
+            allowed = f'bounds, as in {one.name}: rtec.Within(0, 500, "mm")'
+            raise ArgumentError(f"effect {name}", one.name, allowed, problem=f"{one.name} has no bounds")
+    if taken := {"name", "amplitudes", "errors", name} & set(bounds):
+        allowed = "other names of parameters: these stand for something else in a model file"
+        raise ArgumentError(f"effect {name}", ", ".join(sorted(taken)), allowed)
+    if not quantities:
+        allowed = f"a quantity that it depends on: {', '.join(_MEANT)}, or the name of a column"
+        raise ArgumentError(f"effect {name}", "no quantity", allowed)
+    return tuple(quantities), bounds
+
+
+def _over(said: str | None, quantities: Sequence[str], name: str) -> Over:
+    known = {over.value: over for over in Over} | _OVER
+    word = quantities[0] if said is None else said
+    word = "temperature" if word.startswith("temperature") else word
+    if word in known:
+        return known[word]
+    if said is None or said in quantities:
+        return Over.TIME
+    raise ArgumentError(f"effect {name}", repr(said)[:60], f"over= one of {', '.join(known)}, or of its quantities")
+
+
+def _field(name: str, within: Within) -> Any:
+    low, high, unit = within.inside
+    default = high if high != 0.0 else low  # 0 would mean: not given
+    meaning = name.replace("_", " ")
+    return field(default=default, metadata=parameter(Quantity.NUMBER, meaning, unit=unit, low=low, high=high))
+
+
+def _at(within: Within, share: float) -> float:
+    """Return the value at a share of the way between bounds, by ratios where they span a decade."""
+    low, high, _ = within.inside
+    if low > 0.0 and high / low >= _GEOMETRIC:
+        return min(max(low * (high / low) ** share, low), high)
+    return low + (high - low) * share
+
+
+def _of(conditions: Conditions, name: str) -> Floats | None:
+    """Return a quantity at each reading, shape (rows,); None where the data have none."""
+    if name.startswith("temperature_"):
+        return conditions.temperatures.get(name)
+    if name == "temperature":
+        several = conditions.temperatures
+        return several.get(name, next(iter(several.values())) if len(several) == 1 else None)
+    if name == "position" and conditions.time_is_coordinate:
+        return None
+    known = {
+        "position": conditions.position, "direction": conditions.direction, "velocity": conditions.velocity,
+        "acceleration": conditions.acceleration, "time": conditions.time_s, "run": conditions.run,
+        "since_reversal": conditions.since_reversal, "load": conditions.load, "pressure": conditions.pressure_hpa,
+        "humidity": conditions.humidity_percent,
+    }  # fmt: skip
+    found = known[name] if name in known else conditions.others.get(name)
+    return None if found is None else np.asarray(found, dtype=np.float64)
+
+
+def _missing(conditions: Conditions, name: str) -> str:
+    if name == "temperature" and conditions.temperatures:
+        return f"several temperature columns: say which ({', '.join(conditions.temperatures)})"
+    return f"no {_meant(name).removeprefix('a ').removeprefix('one ')}"
+
+
+def _meant(name: str) -> str:
+    if name.startswith("temperature_"):
+        return f"a column {name}"
+    return _MEANT.get(name, f"a column {name}")
+
+
+def _read_only(values: Floats) -> Floats:
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def _line_of(error: Exception, function: Callable[..., Any]) -> str:
+    """Return the line of the user's file at which their function failed."""
+    file, line = function.__code__.co_filename, function.__code__.co_firstlineno
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == file:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{Path(file).name}, line {line}"
