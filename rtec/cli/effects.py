@@ -43,7 +43,7 @@ def effects(
 
 def _document(effect: Effect) -> dict[str, Any]:
     from rtec.effects import Observable, Units
-    from rtec.effects.cards import LABELS
+    from rtec.effects.protocol import LABELS
     from rtec.inference.forms import forms_of
 
     units = Units("n" if effect.observable is Observable.DRIVE else "mm", "mm", "s")
@@ -102,7 +102,7 @@ def _show_card(effect: Effect) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from rtec.effects.cards import LABELS
+    from rtec.effects.protocol import LABELS
 
     document = _document(effect)
     *said, source = ((label.lower(), str(document[key])) for label, key in LABELS.items())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Effect, Over, Per, Shape
+from rtec.effects.protocol import Card, Effect, Over, Per, Shape
 
 
 class AccelerationLag(Effect):
@@ -28,6 +28,22 @@ class AccelerationLag(Effect):
     amplitude_per = Per.DELAY_SQUARED
     over = Over.ACCELERATION
     data_checks = (no_acceleration,)
+    card = Card(
+        title="Acceleration lag",
+        formula="`−lag · a`",
+        needs="moving data with accelerations",
+        plot=(
+            "In a log the deviation peaks where the axis speeds up and slows down, with opposite signs, and vanishes "
+            "at constant speed."
+        ),
+        cause=(
+            "The drive yields to inertia (compliance m/k), or velocity feed-forward lacks acceleration feed-forward."
+        ),
+        consequence="Overshoot and undercut at the ends of moves and in sharp curves.",
+        action="Add acceleration feed-forward, limit jerk, stiffen the drive, lighten the slide.",
+        invariant_to="position, direction, constant speed, time and temperature.",
+        source="Erwinski et al. (2016), section I: inertia and elastic coupling.",
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         return -self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None]

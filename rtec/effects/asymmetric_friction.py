@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Shape
 
 LEAST_EACH_WAY = 0.05
 """Share of the travel that has to go each way: a jolt back is no motion in the other direction."""
@@ -33,6 +33,22 @@ class AsymmetricFriction(Effect):
     builds_on = frozenset({"viscous"})
     amplitude = "asymmetry"
     amplitude_per = Per.SPEED
+    card = Card(
+        title="Friction that differs by direction",
+        formula="`asymmetry · abs(v)`",
+        needs="motion in both directions",
+        plot="Force against velocity has different slopes forward and backward.",
+        cause="Guideways out of parallel, a tilting nut or wiper, a one-sided load, an inclined axis.",
+        consequence="Feed-forward that suits one direction is wrong in the other.",
+        action=(
+            "Check parallelism of the guideways and mounting of nut and wipers; use a coefficient for each direction."
+        ),
+        invariant_to="position and acceleration; it grows with speed.",
+        source=(
+            "Erwinski et al. (2019), section 3: friction is not symmetric where the unit is inclined or the "
+            "guideways are not parallel."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         velocity = conditions.velocity

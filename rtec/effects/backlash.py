@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, one_way
-from rtec.effects.protocol import Effect, Over, Shape
+from rtec.effects.protocol import Card, Effect, Over, Shape
 
 
 class Backlash(Effect):
@@ -27,6 +27,26 @@ class Backlash(Effect):
     name = "backlash"
     over = Over.REVERSAL
     data_checks = (one_way,)
+    card = Card(
+        title="Backlash (reversal error)",
+        formula="`backlash/2 · d`",
+        needs="both directions",
+        plot="Forward and backward curves are a constant distance apart along the whole axis.",
+        cause=(
+            "Play between drive and slide: worn nut or gears, loose thrust bearing, lost preload. The opposite sign: "
+            "the control corrects play that is not there."
+        ),
+        consequence="A position depends on the side of approach; contours show a step where an axis reverses.",
+        action=(
+            "Remove the play (nut preload, bearing, coupling), then set the control's backlash compensation to what "
+            "is left."
+        ),
+        invariant_to="position, time, distance since the reversal, and feed (what shrinks with the feed is a lag).",
+        source=(
+            "Thesis, sections 2.3.4, 3.1.1 and 5.1: maximum reversal error 0.004181 inch; ISO 230-2, reversal value "
+            "B."
+        ),
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         return self._needed(conditions.direction, "directions of approach")[:, None] / 2

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from rtec.effects._smooth import node_ladder, smooth_columns
 from rtec.effects.conditions import Conditions, Floats, one_way
 from rtec.effects.pitch_map import MapShape, PitchMap
-from rtec.effects.protocol import Quantity, Shape, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Shape, own_shape, parameter
 from rtec.errors import ArgumentError
 
 
@@ -70,6 +70,25 @@ class BacklashMap(PitchMap):
 
     name = "backlash_map"
     shape_type = ReversalMapShape
+    card = Card(
+        title="Backlash that varies along the axis",
+        formula="`s(x)/2 · d`, or `s(x)/2 · (d ± 1)` where one approach is right",
+        needs="both directions, at three positions at least",
+        plot="The distance between forward and backward curve changes along the axis.",
+        cause=(
+            "Thread and nut worn where the machine works most; wind-up that changes along the screw; gibs tight at "
+            "one end."
+        ),
+        consequence="One backlash value in the control is right at one place only.",
+        action=(
+            "Use a bidirectional compensation table; repair screw, nut or gibs where the reversal error has grown."
+        ),
+        invariant_to="time, feed and the distance since the reversal.",
+        source=(
+            "Thesis, section 3.1.2, Figure 3.2 and Table 3-3: variations of the backlash ask for separate tables by "
+            "direction."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         return super().untestable(conditions) or one_way(conditions)

@@ -10,7 +10,7 @@ from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import frequencies, stated_periods
-from rtec.effects.protocol import Observable, Shape, own_shape
+from rtec.effects.protocol import Card, Observable, Shape, own_shape
 
 PARTS = (1, 2, 3, 4, 5, 6)
 """Which harmonic of its family the strongest line may be."""
@@ -37,6 +37,26 @@ class Cogging(Waves, Periodic):
 
     name = "cogging"
     observable = Observable.DRIVE
+    card = Card(
+        title="Cogging",
+        formula="as `cyclic`, in families",
+        needs="a period that the positions resolve and do not alias: six positions at least, moving or held",
+        plot=(
+            "Force is a wave against position with the period of poles and slots, the same in both directions and at "
+            "every slow speed."
+        ),
+        cause="Magnets pull at the teeth of the motor's iron core.",
+        consequence="Ripple of speed at slow feeds; a following error with the pole pitch.",
+        action=(
+            "Map the current against position at slow constant speed or at rest and feed it forward; skewed magnets "
+            "or an ironless motor remove it."
+        ),
+        invariant_to="direction, speed, time and shifts by whole periods.",
+        source=(
+            "Erwinski et al. (2019), section 3, Figure 6: a current that repeats every 12 mm, the distance of the "
+            "poles."
+        ),
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return single waves: the scan over frequencies, whole cycles a turn, the stated pitch and its fractions."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rtec.effects._build_up import BuildsUp, BuildUpShape
 from rtec.effects.conditions import Conditions, one_way
+from rtec.effects.protocol import Card
 
 
 class Coulomb(BuildsUp):
@@ -27,6 +28,20 @@ class Coulomb(BuildsUp):
 
     name = "coulomb"
     shape_type = BuildUpShape
+    card = Card(
+        title="Coulomb friction",
+        formula="`coulomb · d`, or `coulomb · d · (1 − exp(−r/distance))`",
+        needs="motion in both directions",
+        plot=(
+            "The force changes between two levels where the motion reverses, the same at every speed; with "
+            "presliding it builds up over a distance."
+        ),
+        cause="Dry friction of guideways, seals, wipers and preloaded nuts.",
+        consequence="Quadrant glitches on circles, stick-slip, wind-up of an elastic drive after each reversal.",
+        action="Lubricate, ease gibs and wipers, check preload; enter it as friction compensation.",
+        invariant_to="position, speed and acceleration. It cannot be below zero.",
+        source="Erwinski et al. (2019), section 3: the constant component.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.direction is None:

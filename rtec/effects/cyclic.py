@@ -11,7 +11,7 @@ from rtec.effects._harmonics import POINTS_A_PERIOD, WavesShape, harmonic_column
 from rtec.effects._periodic import Periodic, families
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.frequency_grid import ENOUGH_PHASES, frequencies, phases_seen, stated_base, stated_periods
-from rtec.effects.protocol import Amplitude, Quantity, Shape, Tunable, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Quantity, Shape, Tunable, Units, own_shape, parameter
 from rtec.errors import ArgumentError
 
 PARTS = (1, 2, 3, 4, 5)
@@ -77,6 +77,31 @@ class Cyclic(Periodic):
 
     name = "cyclic"
     shape_type = CyclicShape
+    card = Card(
+        title="Cyclic error",
+        formula=(
+            "`Σ sin_k sin(2πkx/period) + cos_k cos(2πkx/period) + step · (½ − ((x − step_at)/period mod 1))`, and "
+            "the same times `d`"
+        ),
+        needs="a period that the positions resolve and do not alias: six positions at least",
+        plot=(
+            "A wave that repeats with every turn of screw, worm or pinion or every pole pitch, often double-humped; "
+            "forward and backward waves may differ."
+        ),
+        cause=(
+            "Eccentric or tilted screw, bearing, coupling, pulley or encoder; an error of the thread within a turn."
+        ),
+        consequence="Short distances are wrong although long ones are right; surfaces show the pitch of the screw.",
+        action=(
+            "Check coupling, thrust bearing and mounting of screw and encoder. A table needs about ten points a "
+            "turn; targets at whole turns do not show the error."
+        ),
+        invariant_to="shifts of the targets by whole periods, feed, time and temperature.",
+        source=(
+            "Thesis, section 5.1, Figure 5.2: 0.00145 inch peak to peak with the pitch of 0.25 inch, double-humped; "
+            "section 5.2: the targets' step must not be a multiple of the pitch."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         pitch = conditions.screw_pitch

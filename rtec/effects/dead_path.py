@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Shape, Units, own_shape
 from rtec.effects.refraction import air_sensors, change_of_index, no_weather
 
 
@@ -34,6 +34,20 @@ class DeadPath(Effect):
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather,)
+    card = Card(
+        title="Dead path",
+        formula="`dead_path · (n − n_standard)`",
+        needs="a pressure column, with air temperature and humidity where there are any",
+        plot="All targets shift alike and follow the air pressure from run to run.",
+        cause=(
+            "The interferometer stands away from the zero of the axis: the wavelengths between change with the air, "
+            "and no compensation counts them."
+        ),
+        consequence="The zero of a long measurement moves with the weather.",
+        action="Place the interferometer close to the reflector at zero, or enter the dead path.",
+        invariant_to="position, direction and feed.",
+        source="Steinmetz (1990); thesis, section 2.3: the laser is zeroed where a run begins.",
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         return air_sensors(conditions)

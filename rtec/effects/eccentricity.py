@@ -9,7 +9,7 @@ from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects._periodic import WAVES_A_TARGET
 from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import resolved_harmonics
-from rtec.effects.protocol import Quantity, Shape, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Shape, own_shape, parameter
 
 LEAST_TURN = 0.5
 FEWEST_PLACES = 4
@@ -49,6 +49,24 @@ class Eccentricity(Waves):
 
     name = "eccentricity"
     shape_type = EccentricityShape
+    card = Card(
+        title="Eccentricity of a rotary encoder",
+        formula="as `cyclic`, with the period of a turn, four harmonics at most",
+        needs="a rotary axis, half a turn of it at least",
+        plot="One wave a turn against the angle, often a second, little of a third and fourth, nothing higher.",
+        cause=(
+            "The disc's centre is off the shaft's: e at the radius r gives e/r radians, 4.1 arcsec for 1 um at 50 "
+            "mm. An oval or tilted disc gives two waves a turn."
+        ),
+        consequence="Angles are wrong by a sine; an axis behind a screw gets a cyclic error with its pitch.",
+        action=(
+            "Centre the disc or magnet, or read it with two opposite heads; four heads remove the second wave too."
+        ),
+        invariant_to="whole turns, direction, speed and time.",
+        source=(
+            "Geometry of a disc off centre; Yee (1992), position feedback signals (rotary encoders on ball-screws)."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.revolution is None:

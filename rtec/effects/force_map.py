@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtec.effects.conditions import Conditions
 from rtec.effects.pitch_map import PitchMap, closes
-from rtec.effects.protocol import Observable
+from rtec.effects.protocol import Card, Observable
 
 
 class ForceMap(PitchMap):
@@ -25,6 +25,23 @@ class ForceMap(PitchMap):
 
     name = "force_map"
     observable = Observable.DRIVE
+    card = Card(
+        title="Force map",
+        formula="`s(x)`",
+        needs="force and position, positions dense enough: three at least",
+        plot="Force against position is a smooth curve, the same in both directions and every run.",
+        cause=(
+            "Cables, hoses, covers and springs that pull more at one end; a screw or belt tighter in places; a "
+            "counterweight that moves."
+        ),
+        consequence="The following error changes along the axis.",
+        action=(
+            "Check cable chains, covers, counterbalance and alignment where the curve is steep, or map the force and "
+            "feed it forward."
+        ),
+        invariant_to="direction, speed, acceleration and time.",
+        source="Erwinski et al. (2019), section 3, Figure 6: a current that depends on position is mapped.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.time_is_coordinate:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Effect, Observable, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Shape
 
 
 class ForceOffset(Effect):
@@ -24,6 +24,20 @@ class ForceOffset(Effect):
 
     name = "force_offset"
     observable = Observable.DRIVE
+    card = Card(
+        title="Constant force",
+        formula="`force_offset`",
+        needs="nothing",
+        plot="Force is shifted by the same amount in both directions and at rest.",
+        cause=(
+            "Weight of an axis that is not fully balanced, a cable or spring that pulls, the zero of the current "
+            "sensor."
+        ),
+        consequence="The drive holds against it at rest and heats up.",
+        action="Set the zero of the amplifier, balance the weight, or enter it as feed-forward.",
+        invariant_to="position, direction, speed and acceleration.",
+        source="Erwinski et al. (2019), section 3: an inclined motion unit.",
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         return np.ones((conditions.rows, 1))

@@ -9,16 +9,7 @@ import numpy as np
 
 from rtec.effects._harmonics import harmonic_columns, harmonic_names, harmonic_summary
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import (
-    Amplitude,
-    Effect,
-    Observable,
-    Quantity,
-    Shape,
-    Units,
-    own_shape,
-    parameter,
-)
+from rtec.effects.protocol import Amplitude, Card, Effect, Observable, Quantity, Shape, Units, own_shape, parameter
 
 TURN_DEG = 360.0
 WIDE_DEG = 270.0
@@ -56,6 +47,23 @@ class Gravity(Effect):
     name = "gravity"
     observable = Observable.DRIVE
     shape_type = GravityShape
+    card = Card(
+        title="Gravity",
+        formula="`Σ sin_k sin(kx) + cos_k cos(kx)`, k up to 2",
+        needs="a rotary axis that turns by 5 deg at least, or a linear one, where it is a constant",
+        plot=(
+            "Torque is one wave a turn, the same in both directions and at every speed, largest where the arm is "
+            "horizontal; on a linear axis a constant."
+        ),
+        cause="The weight of arm, tool and load at a distance from the axis of rotation.",
+        consequence="The drive holds against it at rest; a move takes more torque up than down.",
+        action=(
+            "Balance the arm, feed the torque forward by the angle, or enter mass and centre of the load in the "
+            "controller."
+        ),
+        invariant_to="direction, speed, acceleration and time; it changes with load and mounting.",
+        source="Swevers et al. (1997); Erwinski et al. (2019), section 3: an inclined motion unit.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.position_unit == "mm":

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import shortest
 
 ELEMENTS = 24
@@ -50,6 +50,26 @@ class Hysteresis(ScannedEffect):
     name = "hysteresis"
     over = Over.REVERSAL
     shape_type = HysteresisShape
+    card = Card(
+        title="Hysteresis with memory",
+        formula="`hysteresis/2 · h`, h from −1 to 1, by all earlier reversals",
+        needs="moving data with reversals of different lengths",
+        plot=(
+            "Deviation against position is a leaf; a short stroke within a long one draws a smaller leaf that closes "
+            "where it began."
+        ),
+        cause=(
+            "Presliding: asperities, seals, balls and gear teeth bend like springs before they slip, each at its own "
+            "force."
+        ),
+        consequence="A short move comes to rest elsewhere than a long one.",
+        action=(
+            "Approach from one side with long strokes, reduce friction and preload, or compensate with a model that "
+            "remembers the turning points."
+        ),
+        invariant_to="feed, time, and position along the axis.",
+        source="Iwan (1966); Al-Bender, Lampaert and Swevers (2005).",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if not conditions.moving or conditions.time_is_coordinate:

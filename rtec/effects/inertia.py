@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Effect, Observable, Over, Per, Shape
+from rtec.effects.protocol import Card, Effect, Observable, Over, Per, Shape
 
 ONE_FREQUENCY = 0.99
 """Share of the acceleration that goes with the position: beyond, nothing tells the two apart."""
@@ -47,6 +47,23 @@ class Inertia(Effect):
     amplitude_per = Per.ACCELERATION
     not_negative = True
     data_checks = (no_acceleration, one_frequency)
+    card = Card(
+        title="Inertia",
+        formula="`inertia · a`",
+        needs="moving data with accelerations",
+        plot="Force against acceleration is a straight line through zero.",
+        cause="The mass of the slide, or the moment of inertia of screw, coupling and motor.",
+        consequence="It sets the force that acceleration takes.",
+        action=(
+            "Enter it as acceleration feed-forward. A difference from the mass by the drawing is a wrong force "
+            "constant."
+        ),
+        invariant_to="position, direction and speed. It cannot be below zero.",
+        source=(
+            "Erwinski et al. (2019), section 3, Figure 4: 1/M, 3.61 kg identified by a current step; Erwinski et al. "
+            "(2016), section I."
+        ),
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         return self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None].astype(float)

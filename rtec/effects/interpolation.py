@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from rtec.effects._harmonics import Waves, WavesShape
 from rtec.effects.conditions import Conditions
 from rtec.effects.frequency_grid import phases_seen
-from rtec.effects.protocol import Quantity, Shape, parameter
+from rtec.effects.protocol import Card, Quantity, Shape, parameter
 
 FEWEST_PHASES = 4
 HARMONICS = 2
@@ -43,6 +43,23 @@ class Interpolation(Waves):
 
     name = "interpolation"
     shape_type = InterpolationShape
+    card = Card(
+        title="Interpolation error of the scale",
+        formula="as `cyclic`, with the stated signal period, two harmonics",
+        needs="a stated signal period, which the positions show at four phases at least",
+        plot=(
+            "A wave with the signal period of the scale (micrometres to 0.1 mm), in the spectrum at one and two "
+            "cycles a period."
+        ),
+        cause=(
+            "Offset, unequal amplitudes or phase error of the sine and cosine signals: dirt, gap or tilt of the "
+            "reading head."
+        ),
+        consequence="Ripple on surfaces and of speed at slow feeds.",
+        action="Clean and adjust the reading head; trim offset, gain and phase.",
+        invariant_to="shifts by whole signal periods, direction, slow feeds and time.",
+        source="Yee (1992), position feedback signals: two signals 90 degrees apart.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         period = conditions.signal_period

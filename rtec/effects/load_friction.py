@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.protocol import Per, Shape
+from rtec.effects.protocol import Card, Per, Shape
 
 LEAST_CHANGE = 0.05
 """Share of the largest load by which it has to change."""
@@ -34,6 +34,17 @@ class LoadFriction(Coulomb):
 
     name = "load_friction"
     amplitude_per = Per.LOAD
+    card = Card(
+        title="Load-dependent friction",
+        formula="`load_friction · load · d`, built up as `coulomb`",
+        needs="a load column that changes, and both directions of motion",
+        plot="The step of the force between the two directions grows with the load, at every speed.",
+        cause="Guides, nut, bearings or gears carry the load: their friction is a share of the force on them.",
+        consequence="A friction compensation set without a load is too weak with one.",
+        action="Feed friction forward by the load, lubricate, or relieve the guide (rollers, counterbalance).",
+        invariant_to="position and speed; it changes with the lubricant. It cannot be below zero.",
+        source="Armstrong-Helouvry et al. (1994), section 2.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         load = conditions.load

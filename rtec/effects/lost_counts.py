@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, own_shape, parameter
+from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, own_shape, parameter
 
 FEWEST_MOMENTS = 5
 EDGE = 2
@@ -49,6 +49,23 @@ class LostCounts(ScannedEffect):
     shape_type = StepShape
     in_time = True
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    card = Card(
+        title="Lost counts",
+        formula="`step` after a moment",
+        needs="a time column",
+        plot="A step against time: all later readings are shifted, usually by whole counts.",
+        cause="Noise on the lines, an encoder faster than its receiver, a slipping coupling, a bumped target mirror.",
+        consequence="All positions are wrong until the axis is referenced again.",
+        action=(
+            "Check the index after each cycle; check cables, shielding, supply, couplings, and the maximum frequency "
+            "of encoder and receiver."
+        ),
+        invariant_to="position, direction and feed.",
+        source=(
+            "Yee (1992), altering the position signal: a decoder misses pulses that are too narrow, and each lost "
+            "count shifts all later positions."
+        ),
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return moments between readings: between all of them, or denser towards both ends where they are many."""

@@ -21,10 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from rtec.effects.cards import Card
 from rtec.effects.conditions import Conditions, Floats, heading_name
-from rtec.effects.experiments import Rival
-from rtec.effects.protocol import Effect, Observable, Over, Quantity, Shape, Tunable, Units, parameter
+from rtec.effects.protocol import Card, Effect, Observable, Over, Quantity, Shape, Tunable, parameter
 from rtec.errors import ArgumentError, unknown
 from rtec.units import UNITS
 
@@ -115,6 +113,9 @@ class FunctionEffect(Effect):
         self._grids: weakref.WeakKeyDictionary[Conditions, tuple[tuple[Floats, ...], tuple[Shape, ...]]]
         self._grids = weakref.WeakKeyDictionary()
         self.__doc__ = function.__doc__
+        code = function.__code__
+        needs = ", ".join(dict.fromkeys(_meant(name) for name in self.quantities))
+        self.card = _card(self, needs, f"{Path(code.co_filename).name}, line {code.co_firstlineno}.")
 
     def __call__(self, *args: Any, **given: Any) -> Any:
         """Call the function itself."""
@@ -133,27 +134,6 @@ class FunctionEffect(Effect):
     def other_columns(self) -> frozenset[str]:
         """Names of the columns of no known quantity that it depends on."""
         return frozenset(name for name in self._bare if name not in _MEANT)
-
-    @property
-    def card(self) -> Card:
-        """What its docstring says, as a card."""
-        title, _, more = inspect.cleandoc(self.__doc__ or self.name).partition("\n")
-        code = self.function.__code__
-        return Card(
-            title=title.strip().rstrip("."),
-            needs=", ".join(dict.fromkeys(_meant(name) for name in self.quantities)),
-            plot=f"look at what is left over {self.over.value}.",
-            cause=" ".join(more.split()) or "as its author says.",
-            consequence="as its author says.",
-            action="as its author says.",
-            invariant_to="what it is no function of.",
-            source=f"{Path(code.co_filename).name}, line {code.co_firstlineno}.",
-        )
-
-    @property
-    def rivals(self) -> tuple[Rival, ...]:
-        """None are known beforehand."""
-        return ()
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show it: a column is missing, or it is constant on these readings."""
@@ -339,8 +319,26 @@ def as_effects(given: Sequence[object]) -> tuple[Effect, ...]:
         if not isinstance(made, Effect):
             raise ArgumentError("effects", repr(one)[:60], "effects made by @rtec.effect or derived from rtec.Effect")
         _checked_name(getattr(made, "name", ""))
+        if not hasattr(made, "card"):
+            made.card = _card(made, "what its author says", f"{type(made).__module__}.")
         found.append(made)
     return tuple(found)
+
+
+def _card(effect: Effect, needs: str, source: str) -> Card:
+    """Return what the docstring of an effect says as a card."""
+    title, _, more = inspect.cleandoc(effect.__doc__ or effect.name).partition("\n")
+    return Card(
+        title=title.strip().rstrip("."),
+        formula=f"`{effect.name}`",
+        needs=needs,
+        plot=f"look at what is left over {effect.over.value}.",
+        cause=" ".join(more.split()) or "as its author says.",
+        consequence="as its author says.",
+        action="as its author says.",
+        invariant_to="what it is no function of.",
+        source=source,
+    )
 
 
 def _checked_name(name: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects._smooth import node_ladder, node_names, smooth_columns
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Shape, Units, own_shape, parameter
 
 CIRCLE = (0.75, 1.5)
 """Turns of a rotary axis over which a map is none: the end of the turn is its beginning."""
@@ -44,6 +44,23 @@ class PitchMap(Effect):
     name = "pitch_map"
     shape_type = MapShape
     is_map = True
+    card = Card(
+        title="Pitch map",
+        formula="`s(x)`",
+        needs="positions dense enough: three at least",
+        plot="A smooth curve against position, the same in both directions and every run.",
+        cause=(
+            "The screw's lead or the scale's graduation varies along its length, or the guideways are not straight "
+            "(Abbe error)."
+        ),
+        consequence="The error of a length depends on where along the axis it lies.",
+        action=(
+            "Remove errors of heat, direction and time from the measurement, then load a compensation table with "
+            "enough points."
+        ),
+        invariant_to="direction, feed, time and mostly temperature.",
+        source="Thesis, section 3.1.1, Figure 3.1 and Table 3-1; Yee (1992), introduction: leadscrew nonlinearity.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.time_is_coordinate:

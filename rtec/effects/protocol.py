@@ -11,14 +11,42 @@ from typing import Any, ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 
-from rtec.effects.cards import Card, cards
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.experiments import Rival, rivals
 from rtec.errors import ArgumentError
 
 Parameter: TypeAlias = Field[Any]
 """A field of a shape, with what it is as its metadata."""
+LABELS: Mapping[str, str] = {
+    "In the plot": "plot",
+    "Cause": "cause",
+    "Consequence": "consequence",
+    "Action": "action",
+    "Invariant to": "invariant_to",
+    "Source": "source",
+}
+"""What stands in front of each part of a card, on its page and in a terminal."""
 _SHOWN = {"mm": ("um", 1e3), "deg": ("arcsec", 3600.0), "nm": ("N*m", 1.0), "count": ("count", 1.0), "s": ("s", 1.0)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Card:
+    """What a user reads about an effect, as on the cards of a ballbar's help."""
+
+    title: str
+    formula: str
+    """What it adds, in Markdown; docs/effects.md explains the symbols."""
+    needs: str
+    """What it needs from the data."""
+    plot: str
+    """How it looks, and in which plot."""
+    cause: str
+    consequence: str
+    action: str
+    invariant_to: str
+    """What does not change it."""
+    source: str
+    """Paper, section, equation or table; docs/references.md has them in full."""
 
 
 class Observable(enum.Enum):
@@ -204,6 +232,8 @@ class Effect(abc.ABC):
     """
 
     name: str
+    card: Card
+    """What a user reads about it; `tools/effects_page.py` writes it on docs/effects.md."""
     observable: Observable | None = Observable.DEVIATION
     """None: whatever is measured."""
     shape_type: type[Shape] = Shape
@@ -228,11 +258,6 @@ class Effect(abc.ABC):
     """Columns of no known quantity that it depends on, by `heading_name`."""
     builds_on: frozenset[str] = frozenset()
     """Effects to which this one is an addition: it is looked for beside them only."""
-
-    @property
-    def card(self) -> Card:
-        """What a user reads about it; an effect of the library has its card on the page."""
-        return cards()[self.name]
 
     @property
     def needs(self) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Quantity, Shape, Units, own_shape, parameter
 
 VISIBLE = 0.05
 """Share of a step that the rounding of the positions must vary by, standard deviation; evenly spread it is 0.29."""
@@ -40,6 +40,22 @@ class Quantisation(Effect):
 
     name = "quantisation"
     shape_type = QuantisationShape
+    card = Card(
+        title="Quantisation",
+        formula="`q · round(u/q) − u`",
+        needs="three different values at least",
+        plot=(
+            "Values lie on a comb of equal steps; residuals fill a band one step wide or are a sawtooth against "
+            "position."
+        ),
+        cause="Counts of the encoder, digits of a display, decimals of a file.",
+        consequence=(
+            "Nothing below a step shows; the noise floor is at least the step divided by the square root of 12."
+        ),
+        action="Record more digits, use finer counts, or accept the floor.",
+        invariant_to="direction, feed, time and shifts by whole steps.",
+        source="Yee (1992), position feedback signals: the resolution is a quarter of the square wave's cycle.",
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return round steps that the positions show, from a hundred thousandth of the span to half a gap."""

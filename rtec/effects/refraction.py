@@ -8,7 +8,7 @@ import numpy as np
 
 from rtec.effects._heat import SensorShape
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Amplitude, Effect, Over, Shape, Units, own_shape
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Shape, Units, own_shape
 
 STANDARD_HPA, STANDARD_DEGC, STANDARD_PERCENT = 1013.25, 20.0, 50.0
 """The air for which a laser without compensation assumes its wavelength."""
@@ -99,6 +99,20 @@ class Refraction(Effect):
     shape_type = SensorShape
     in_time = True
     data_checks = (no_weather, one_place)
+    card = Card(
+        title="Refraction of the air",
+        formula="`refraction · x · (n − n_standard)`",
+        needs="a pressure column, with air temperature and humidity where there are any, and positions in a length",
+        plot="The slope against position follows the air pressure from run to run.",
+        cause=(
+            "The laser's wavelength compensation is off or wrong: 1 um/m for 3.7 hPa, for 1 K of air, or for the "
+            "whole range of humidity."
+        ),
+        consequence="Lengths, and tables made from them, are wrong by the weather.",
+        action="Switch the wavelength compensation on, or correct the readings by pressure and air temperature.",
+        invariant_to="direction, feed and all that the machine does.",
+        source="Birch and Downs (1993); thesis, section 2.3: sensors of the air.",
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         return air_sensors(conditions)

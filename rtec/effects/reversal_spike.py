@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Shape, Tunable, own_shape, parameter
 from rtec.effects.windup import FEWEST_DISTANCES, AfterReversal, distances
 
 
@@ -42,6 +42,26 @@ class ReversalSpike(AfterReversal):
     name = "reversal_spike"
     amplitude = "spike"
     shape_type = SpikeShape
+    card = Card(
+        title="Reversal spike",
+        formula="`spike/2 · d · exp(−r/distance)`",
+        needs=(
+            "both directions, or runs in one that begin at several places, with readings at four distances at least "
+            "in the first quarter after a reversal"
+        ),
+        plot="After each reversal the deviation jumps and decays over a distance; on a circle four spikes.",
+        cause=(
+            "Static friction: the drive must build up force before the slide follows. Or a compensation of backlash "
+            "or friction that is too large."
+        ),
+        consequence="Marks on contours where an axis reverses.",
+        action=(
+            "Tune the friction compensation, stiffen the velocity loop, lubricate. A spike of the other sign: the "
+            "compensation is too large."
+        ),
+        invariant_to="position of the reversal, and time.",
+        source="ISO 230-4; Erwinski et al. (2019), section 3: friction drops after standstill.",
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""

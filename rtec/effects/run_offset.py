@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Amplitude, Effect, Over, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Shape, Units, own_shape, parameter
 
 MOST_RUNS = 40
 """Runs, at most, that may each have a zero of their own: with more, such a zero is one more kind of slow noise."""
@@ -39,6 +39,17 @@ class RunOffset(Effect):
     over = Over.RUN
     shape_type = RunShape
     in_time = True
+    card = Card(
+        title="Offset of each run",
+        formula="`run_k` in run k, 0 in the first",
+        needs="several runs, 40 at most",
+        plot="The curves of the runs are parallel, shifted by amounts without an order.",
+        cause="Something is set anew before each run: instrument zero, homing switch, clamping of part or reflector.",
+        consequence="Each set-up has a zero of its own.",
+        action="Home on the index mark, check clamping and instrument zero, reference the part after each set-up.",
+        invariant_to="position, direction, feed, and time within a run.",
+        source="ISO 230-2, clause 4: the zero of a run is free and no repeatability of the axis.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         count = np.unique(conditions.run).size

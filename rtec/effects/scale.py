@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Effect, Per, Shape
+from rtec.effects.protocol import Card, Effect, Per, Shape
 
 
 class Scale(Effect):
@@ -23,6 +23,23 @@ class Scale(Effect):
 
     name = "scale"
     amplitude_per = Per.LENGTH
+    card = Card(
+        title="Scale error (lead)",
+        formula="`scale · x`",
+        needs="spread of positions",
+        plot="The deviation is a straight line against position, the same in both directions.",
+        cause=(
+            "The screw's lead or the scale's graduation is off by a constant factor: stretched or warm, wrong factor "
+            "in the control, or wrong weather data of the laser."
+        ),
+        consequence="Lengths are wrong in proportion to their size.",
+        action=(
+            "Check the laser's air and material temperature, pressure and humidity; then correct the factor or load "
+            "a linear compensation."
+        ),
+        invariant_to="direction, feed and time; a shifted zero adds only an offset.",
+        source='Thesis, section 5.1: the machine positions "long" by about 0.0012 inch over 39 inch.',
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if conditions.time_is_coordinate:

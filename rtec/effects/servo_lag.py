@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Effect, Over, Per, Shape
+from rtec.effects.protocol import Card, Effect, Over, Per, Shape
 
 
 class ServoLag(Effect):
@@ -28,6 +28,23 @@ class ServoLag(Effect):
     amplitude_per = Per.DELAY
     over = Over.VELOCITY
     data_checks = (no_speed,)
+    card = Card(
+        title="Servo lag (delay)",
+        formula="`−lag · v`",
+        needs="a velocity or feed column, or moving data; several speeds to tell it from backlash",
+        plot=(
+            "In a log the deviation is proportional to velocity; in readings on the fly the two curves are twice the "
+            "lag times the feed apart."
+        ),
+        cause=(
+            "A position loop without feed-forward follows late by 1/kv; so does a reference, filter or bus that "
+            "reads late."
+        ),
+        consequence="Corners are cut, circles shrink; unequal lags make ellipses.",
+        action="Raise kv, match the axes, add velocity feed-forward; synchronise instrument and axis.",
+        invariant_to="position, time, temperature and order of the moves; zero at standstill.",
+        source="Erwinski et al. (2016), sections I and II.",
+    )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         return -self._needed(conditions.velocity, "a velocity or feed column")[:, None]

@@ -10,7 +10,7 @@ import numpy as np
 from rtec.effects._build_up import BuildsUp, BuildUpShape, without_build_up
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, no_speed, one_way
-from rtec.effects.protocol import Quantity, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Card, Quantity, Shape, Tunable, own_shape, parameter
 
 FEWEST_SPEEDS = 4
 SLOWEST = 1 / 300
@@ -46,6 +46,20 @@ class Stribeck(BuildsUp):
     builds_on = frozenset({"coulomb"})
     shape_type = StribeckShape
     data_checks = (no_speed, one_way)
+    card = Card(
+        title="Stribeck friction",
+        formula="`stribeck · d · exp(−(v/speed)²)`, built up as `coulomb`",
+        needs="motion in both directions at four speeds at least, creep among them",
+        plot="Against speed the force falls from a peak at creep to a minimum before viscous friction raises it.",
+        cause="At creep the surfaces touch; at speed lubricant is drawn between them.",
+        consequence="Stick-slip at slow feeds, steps after standstill, glitches where circles reverse.",
+        action="Use guideway oil with friction modifier or roller guides; keep feeds above the Stribeck speed.",
+        invariant_to="position and acceleration; gone well above the Stribeck speed. It cannot be below zero.",
+        source=(
+            "Erwinski et al. (2019), section 3: friction drops after standstill and rises again above the Stribeck "
+            "velocity."
+        ),
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         speeds = _speeds(conditions).size

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Per, Quantity, Shape, Units, own_shape, parameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,23 @@ class ThermalGrowth(FollowsHeat):
 
     name = "thermal_growth"
     shape_type = GrowthShape
+    card = Card(
+        title="Thermal growth",
+        formula="`expansion · (x − fixed_point) · (T − T_ref)`",
+        needs="a temperature column that changes by 0.5 K at least",
+        plot=(
+            "The slope of the deviation against position changes with temperature: runs fan out from the fixed "
+            "bearing."
+        ),
+        cause="Screw, scale or bed expand between the fixed point and the slide; steel by about 11.5 um/m/K.",
+        consequence="Lengths grow with temperature; a compensation made cold is wrong when the machine is warm.",
+        action=(
+            "Compensate by the temperature of screw or scale, cool the screw, or fix the scale at one point; measure "
+            "at a stated temperature."
+        ),
+        invariant_to="direction, feed and order of the readings.",
+        source="Yao et al. (2013), section 4.1; thesis, section 3.3; Yee (1992), introduction; ISO 1, ISO 230-3.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         if not conditions.temperatures:

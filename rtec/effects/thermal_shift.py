@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Per, Shape, own_shape
+from rtec.effects.protocol import Card, Per, Shape, own_shape
 
 
 class ThermalShift(FollowsHeat):
@@ -31,6 +31,22 @@ class ThermalShift(FollowsHeat):
     amplitude_per = Per.KELVIN
     shape_type = HeatShape
     data_checks = (unchanging,)
+    card = Card(
+        title="Thermal shift",
+        formula="`shift · (T − T_ref)`",
+        needs="a temperature column that changes by 0.5 K at least",
+        plot="All targets shift alike with temperature; cold and hot runs are parallel.",
+        cause=(
+            "Heat of spindle, motor or bearing lengthens what stands between scale and tool: headstock, column, "
+            "bracket."
+        ),
+        consequence="Lengths are right, but the zero of the work moves while the machine warms up.",
+        action=(
+            "Set the zero again when warm, correct it by the temperature of the part that grows, or cool that part."
+        ),
+        invariant_to="position, direction, feed and order of the readings.",
+        source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3.",
+    )
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats, too_few_moments
-from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
 
@@ -44,6 +44,22 @@ class WarmUp(ScannedEffect):
     shape_type = WarmShape
     in_time = True
     data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    card = Card(
+        title="Warm-up",
+        formula="`final · (1 − exp(−t/time_constant))`",
+        needs="a time column",
+        plot="Against time the deviation rises fast at first and levels off.",
+        cause="Spindle, motor, nut or hydraulics heat the structure after the start, with one time constant.",
+        consequence="The first parts of a shift differ from the later ones.",
+        action=(
+            "Warm the machine up before measuring and working; record temperatures, so that growth can be told from "
+            "time."
+        ),
+        invariant_to="position, direction and feed.",
+        source=(
+            "Yao et al. (2013), section 4.2: 2.5 h of running, 2 h of cooling; Yee (1992), introduction; ISO 230-3."
+        ),
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return time constants from a fiftieth of the measurement to half of it; longer: collinear with drift."""

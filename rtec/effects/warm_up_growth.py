@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats, no_spread
-from rtec.effects.protocol import Amplitude, Per, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.protocol import Amplitude, Card, Per, Quantity, Shape, Units, own_shape, parameter
 from rtec.effects.warm_up import WarmShape, WarmUp
 
 
@@ -39,6 +39,17 @@ class WarmUpGrowth(WarmUp):
     amplitude = "growth"
     amplitude_per = Per.LENGTH
     shape_type = WarmGrowthShape
+    card = Card(
+        title="Growth during warm-up",
+        formula="`growth · x · (1 − exp(−t/time_constant))`",
+        needs="a time column, and a spread of positions",
+        plot="The slope against position rises fast at first and levels off: runs fan out from the fixed bearing.",
+        cause="Screw, scale or bed is heated by its own friction after the start and grows.",
+        consequence="Lengths of the first parts of a shift differ from those of the later ones.",
+        action="Warm the axis up by moving it, correct by a sensor on the screw, or use a scale.",
+        invariant_to="direction and feed.",
+        source="Yao et al. (2013), section 4.2; thesis, section 5.2; ISO 230-3.",
+    )
 
     def untestable(self, conditions: Conditions) -> str | None:
         return no_spread(conditions) or super().untestable(conditions)

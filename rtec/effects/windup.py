@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.effects._ladders import ladder
 from rtec.effects.conditions import Conditions, Floats
-from rtec.effects.protocol import Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
+from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_DISTANCES = 4
 CLOSE = 0.27
@@ -80,6 +80,29 @@ class Windup(AfterReversal):
 
     name = "windup"
     shape_type = WindupShape
+    card = Card(
+        title="Wind-up after reversal",
+        formula="`windup/2 · d · (1 − exp(−r/distance))`",
+        needs=(
+            "both directions, or runs in one that begin at several places, with readings at four distances at least "
+            "in the first quarter after a reversal"
+        ),
+        plot=(
+            "After each reversal the deviation goes over from one branch to the other along one exponential of the "
+            "distance since the reversal."
+        ),
+        cause=(
+            "Friction winds up an elastic drive (long screw, belt, gear train) or deforms seals and guideways before "
+            "they slide (presliding)."
+        ),
+        consequence="Short moves after a reversal fall short; small circles are flattened.",
+        action=(
+            "Reduce friction or stiffen the drive; approach targets from one side with a run-up longer than the "
+            "wind-up distance."
+        ),
+        invariant_to="position of the reversal, feed and time.",
+        source="Dahl (1968); thesis, section 4.2: the run-up begins beyond the first target.",
+    )
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return distances from half the shortest seen to a fifth of the span; longer: collinear with scale."""
