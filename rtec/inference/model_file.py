@@ -280,8 +280,9 @@ def _effects(path: str | Path, top: Mapping[str, Any], library: Library) -> Iter
         try:
             effect = library.named(name)
         except ArgumentError as error:
-            somebodys = "that of an own effect needs --effects FILE.py"
-            allowed = "; ".join(part for part in (error.allowed, error.hint, somebodys) if part)
+            near = error.hint if error.hint.startswith("did you mean") else ""
+            somebodys = "'rtec effects' lists those of the library, --effects FILE.py brings your own"
+            allowed = "; ".join(part for part in (error.allowed, near, somebodys) if part)
             raise FileFormatError(path, None, f"effect {number}: no effect {brief(name)!r}", allowed) from None
         yield _Entry(path, number, effect, entry)
 

@@ -8,7 +8,7 @@ from rtec.metrology.iso230 import positioning_figures
 from rtec.metrology.judged_test import JudgedTest
 from rtec.metrology.laser_file import write_laser_file
 from rtec.metrology.measurement import Column, Measurement, Positions, direction_of_motion, measurement_of_readings
-from rtec.metrology.measurement_file import read_measurement, write_measurement
+from rtec.metrology.measurement_file import measurement_of_columns, read_measurement, write_measurement
 from rtec.metrology.measuring_plan import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_program import Dwell, Move, measuring_program, parse_program, read_program
 from rtec.metrology.readings import Readings, RotaryReadings, joined
@@ -45,6 +45,7 @@ __all__ = [
     "column_choices",
     "direction_of_motion",
     "joined",
+    "measurement_of_columns",
     "measurement_of_readings",
     "measuring_program",
     "parse_program",

@@ -27,54 +27,62 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
         ``measured``, ``staircase``, ``components``, ``candidates``, ``residual``, ``spectra``, ``cosines`` and
         ``experiment``, those that there is something to show for.
     """
+    return drawn(diagnosis_plates(diagnosis))
+
+
+def diagnosis_plates(diagnosis: Diagnosis) -> list[Plate]:
+    """Return the figures of a search, not drawn yet; one that there is nothing to show for is drawn as None."""
     d = diagnosis
     held = heldout_words(d.heldout_by)
     measured, components, residual, spectra = _plates(d.dataset, d.start, d.model, d.noise, d)
-    return drawn(
-        [
-            measured,
-            Plate(
-                "staircase",
-                "The staircase",
-                "What is left after each step, everything refitted each time: in training (line) and on "
-                f"readings that took no part in the fit (diamonds; held out {held}). A step that helps in training "
-                "and not held out explains noise. Below the band of the noise floor there is nothing repeatable to "
-                "explain.",
-                lambda: staircase_figure(d),
-            ),
-            components,
-            Plate(
-                "candidates",
-                "Candidates, ranked",
-                "Each effect of the library that these data can show. The upper bar runs from the RMS at "
-                "which the effect was judged to the one that was promised without fitting the rest again, the lower "
-                "one to what was reached when it was added and everything refitted. The scale is logarithmic.",
-                lambda: candidates_figure(d),
-            ),
-            residual,
-            spectra,
-            Plate(
-                "cosines",
-                "Which effects are collinear on this plan",
-                "The size of the cosine between what two effects contribute to these readings: 0 where "
-                "they have nothing in common, 1 where no fit can tell them apart. Framed: above 0.95, which counts "
-                "as a tie; dotted where one effect is a special case of the other, so that the simpler one wins.",
-                lambda: cosines_figure(d.cosines),
-            ),
-            Plate(
-                "experiment",
-                "The rivals in the suggested experiment",
-                "What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
-                "curves part.",
-                lambda: experiment_figure(d.experiment, d.dataset),
-            ),
-        ]
-    )
+    return [
+        measured,
+        Plate(
+            "staircase",
+            "The staircase",
+            "What is left after each step, everything refitted each time: in training (line) and on "
+            f"readings that took no part in the fit (diamonds; held out {held}). A step that helps in training "
+            "and not held out explains noise. Below the band of the noise floor there is nothing repeatable to "
+            "explain.",
+            lambda: staircase_figure(d),
+        ),
+        components,
+        Plate(
+            "candidates",
+            "Candidates, ranked",
+            "Each effect of the library that these data can show. The upper bar runs from the RMS at "
+            "which the effect was judged to the one that was promised without fitting the rest again, the lower "
+            "one to what was reached when it was added and everything refitted. The scale is logarithmic.",
+            lambda: candidates_figure(d),
+        ),
+        residual,
+        spectra,
+        Plate(
+            "cosines",
+            "Which effects are collinear on this plan",
+            "The size of the cosine between what two effects contribute to these readings: 0 where "
+            "they have nothing in common, 1 where no fit can tell them apart. Framed: above 0.95, which counts "
+            "as a tie; dotted where one effect is a special case of the other, so that the simpler one wins.",
+            lambda: cosines_figure(d.cosines),
+        ),
+        Plate(
+            "experiment",
+            "The rivals in the suggested experiment",
+            "What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
+            "curves part.",
+            lambda: experiment_figure(d.experiment, d.dataset),
+        ),
+    ]
 
 
 def comparison_figures(dataset: Dataset, model: Model, noise: NoiseFloor) -> list[Illustration]:
     """Draw measured against model, each effect in the readings, the residual against each column, and its spectra."""
-    return drawn(_plates(dataset, None, model, noise, None))
+    return drawn(comparison_plates(dataset, model, noise))
+
+
+def comparison_plates(dataset: Dataset, model: Model, noise: NoiseFloor) -> list[Plate]:
+    """Return the same figures, not drawn yet."""
+    return _plates(dataset, None, model, noise, None)
 
 
 def _plates(
