@@ -41,6 +41,7 @@ DATA_FILES = typer.Argument(
 )
 SEED = whole("--seed", "Draws the readings that are looked at of a very long file.", low=0, default=0)
 JSON = flag("--json", "One JSON document on stdout, nothing else.")
+EFFECTS = option("--effects", "FILE.py", "Effects of your own: functions under @rtec.effect in a Python file.")
 SCREW_PITCH = option("--screw-pitch", "'6.35 mm'", "Travel of a turn.", panel=_AXIS)
 COUNTS_PER_REV = option("--counts-per-rev", "8192", "Counts of a turn.", panel=_AXIS, read=_counts_per_rev)
 
@@ -113,6 +114,7 @@ class MeasuredOptions(OptionGroup):
     observe: str | None = option(
         "--observe", "QUANTITY", "What is explained: deviation without it; force, current, ..."
     )
+    effects: Path | None = EFFECTS
     axis: AxisOptions = AxisOptions()
     columns: ColumnOptions = ColumnOptions()
 
@@ -126,6 +128,7 @@ class MeasuredOptions(OptionGroup):
         """
         from rtec.dataset.load import load_dataset
         from rtec.dataset.many_rows import locked
+        from rtec.effects.own_file import library_of_file
         from rtec.inference.compare import check_model
         from rtec.inference.model_file import read_model, read_observe
 
@@ -138,12 +141,15 @@ class MeasuredOptions(OptionGroup):
             raise ArgumentError("--heldout", heldout, allowed, problem="is the measurement itself")
         if heldout is not None:
             choices = dataclasses.replace(choices, of_several=True)
+        library = library_of_file(self.effects)
         wanted = self.observe if self.observe is not None or model is None else read_observe(model)
         with _naming("--observe", "--observe" if self.observe is not None else f"{model}: observe"):
-            dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices)
+            dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices, library=library)
         with _naming("--observe", f"{heldout}: column"):
-            other = None if heldout is None else load_dataset(heldout, like=dataset, facts=facts, choices=choices)
-        known = None if model is None else read_model(model, dataset.units)
+            other = None
+            if heldout is not None:
+                other = load_dataset(heldout, like=dataset, facts=facts, choices=choices, library=library)
+        known = None if model is None else read_model(model, dataset.units, library)
         if known is not None:
             for measured in (dataset,) if other is None else (dataset, other):
                 check_model(known, measured)

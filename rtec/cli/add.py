@@ -54,10 +54,19 @@ class ShapeOptions(OptionGroup):
     over: _Text = option("--over", "'1 s'", "Time that the loss of counts took.")
     step: _Text = option("--step", "'1 um'", "Of the quantisation.")
     speed: _Text = option("--speed", "'10 mm/s'", "Stribeck speed.")
+    given: list[str] | None = option(
+        "--set", "NAME=VALUE", "A parameter of an effect of your own, such as 'place=180 mm'; may be repeated."
+    )
 
     def stated(self) -> dict[str, Any]:
         """Return what the user said."""
-        return {name: said for name, said in asdict(self).items() if said is not None and said is not False}
+        found = {name: said for name, said in asdict(self).items() if said is not None and said is not False}
+        for text in found.pop("given", ()):
+            name, equals, value = (part.strip() for part in text.partition("="))
+            if not (name and equals and value):
+                raise ArgumentError("--set", repr(text[:60]), "a parameter and its value, such as 'place=180 mm'")
+            found[name] = float(value) if re.fullmatch(NUMBER, value) else value
+        return found
 
 
 def add(
@@ -82,13 +91,12 @@ def add(
     Example: rtec add cyclic z_axis.csv --period "0.25 inch" --harmonics 2 -o cyclic.toml
     Example: rtec add windup z_axis.csv --distance "2 mm" -o windup.toml --json
     """
-    from rtec.effects import effect_named
     from rtec.inference.diagnose import add as added
     from rtec.inference.model_file import write_model
 
-    what = effect_named(effect)
     with progress(f"adding {effect}") as show:
         given = measured.read(data)
+        what = given.dataset.library.named(effect)
         wanted = shape_from_options(what, shape.stated(), given.dataset)
         show(0.2)
         result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=wanted, seed=seed)

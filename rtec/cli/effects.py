@@ -3,42 +3,59 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import print_json
+from rtec.cli._parameters import needs, option
 from rtec.cli._words import EFFECTS, completing
 
 if TYPE_CHECKING:
-    from rtec.effects import Effect
+    from rtec.effects import Effect, Library
+    from rtec.inference.effect_check import EffectCheck
 
 
 def effects(
     name: str | None = typer.Argument(
         None, metavar="[NAME]", help="Show the card of one effect.", autocompletion=completing(EFFECTS)
     ),
+    *,
+    own: Path | None = _measured.EFFECTS,
+    check: Path | None = option("--check", "FILE.py", "See what effects of your own would show on a plan."),
+    plan: Path | None = option("--plan", "DATA", "The plan: a measurement, for its targets, speeds and noise."),
+    observe: str | None = option("--observe", "QUANTITY", "What is explained of it: deviation without it."),
     json: bool = _measured.JSON,
 ) -> None:
-    """List the physical effects that are known, or show the card of one.
+    """List the physical effects that are known, show the card of one, or check those that you wrote.
+
+    A check runs the functions on the readings of a plan: are they finite, how long does a call take, which effects of
+    the library look alike there, and how small an amplitude would be found? Exits with 1 where the plan cannot show one.
 
     Example: rtec effects backlash
-    Example: rtec effects
     Example: rtec effects thermal_growth --json
+    Example: rtec effects --check mine.py --plan z_axis.csv
     """
-    from rtec.effects import LIBRARY, effect_named
+    from rtec.effects.own_file import library_of_file
 
+    if check is not None or plan is not None:
+        if check is None or plan is None:
+            raise needs("--plan", "--check FILE.py") if check is None else needs("--check", "--plan DATA")
+        _check(check, plan, observe, as_json=json)
+        return
+    library = library_of_file(own)
     if name is not None:
-        effect = effect_named(name)
+        effect = library.named(name)
         if json:
             print_json(_document(effect))
         else:
             _show_card(effect)
     elif json:
-        print_json({"effects": [_document(effect) for effect in LIBRARY]})
+        print_json({"effects": [_document(effect) for effect in library]})
     else:
-        _show_library(LIBRARY)
+        _show_library(library)
 
 
 def _document(effect: Effect) -> dict[str, Any]:
@@ -51,7 +68,7 @@ def _document(effect: Effect) -> dict[str, Any]:
     return {
         "name": effect.name,
         "title": card.title,
-        "observable": effect.observable.value,
+        "observable": "any" if effect.observable is None else effect.observable.value,
         "needs": effect.needs,
         "parameters": _parameters(effect, units),
         **{key: getattr(card, key) for key in LABELS.values()},
@@ -78,20 +95,23 @@ def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
     return found
 
 
-def _show_library(library: tuple[Effect, ...]) -> None:
+def _show_library(library: Library) -> None:
     from rich.box import SIMPLE
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
+    from rtec.effects import Observable
+
     console = Console(highlight=False)
-    for kind, words in (("deviation", "deviation of position"), ("drive", "force or current of a drive")):
+    kinds = {Observable.DEVIATION: "deviation of position", Observable.DRIVE: "force or current of a drive"}
+    for kind, words in kinds.items():
         table = Table(title=f"effects that explain a {words}", title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0))
         table.add_column("name", no_wrap=True)
         table.add_column("what")
         table.add_column("needs")
         for effect in library:
-            if effect.observable.value == kind:
+            if effect.explains(kind):
                 table.add_row(effect.name, escape(effect.card.title), escape(effect.needs))
         console.print(table)
     console.print("'rtec effects NAME' shows the card of one.")
@@ -120,3 +140,53 @@ def _show_card(effect: Effect) -> None:
     for label, text in rows:
         table.add_row(label, Text(text))
     Console(highlight=False).print(table)
+
+
+def _check(file: Path, plan: Path, observe: str | None, *, as_json: bool) -> None:
+    from rtec.dataset.load import load_dataset
+    from rtec.effects.own_file import library_of_file
+    from rtec.inference.effect_check import check_effect
+
+    library = library_of_file(file, name="--check")
+    dataset = load_dataset(plan, observe=observe, library=library)
+    found = [check_effect(effect, dataset) for effect in library.own]
+    unit, factor = dataset.units.shown
+    if as_json:
+        print_json({"plan": str(plan), "rows": dataset.rows, "unit": unit,
+                    "effects": [_checked(one, factor) for one in found]})  # fmt: skip
+    else:
+        for one in found:
+            typer.echo(_check_words(one, unit, factor))
+    if any(one.untestable for one in found):
+        raise typer.Exit(1)
+
+
+def _checked(one: EffectCheck, factor: float) -> dict[str, Any]:
+    return {
+        "name": one.effect.name,
+        "not_testable": one.untestable,
+        "shapes": one.shapes,
+        "call_s": one.call_s,
+        "smallest_amplitude": None if one.smallest is None else [amplitude * factor for amplitude in one.smallest],
+        "same_as": one.same,
+        "look_alikes": [{"name": a.effect, "cosine": a.cosine, "largest_cosine": a.most} for a in one.alike],
+    }
+
+
+def _check_words(one: EffectCheck, unit: str, factor: float) -> str:
+    """Return what a check says of one effect, in lines."""
+    from rtec.readable import quantity_text
+
+    name = one.effect.name
+    if one.untestable is not None:
+        return f"{name}: this plan cannot show it: {one.untestable}"
+    lines = [f"{name}: finite at every reading; {one.shapes} shapes, {1e3 * one.call_s:.2g} ms a call"]
+    if one.smallest is not None:
+        usual, worst = (quantity_text(amplitude * factor, unit, digits=2) for amplitude in one.smallest)
+        unfavourable = f" ({worst} where its shape is least favourable)" if worst != usual else ""
+        lines.append(f"  found from an amplitude of {usual} on{unfavourable}")
+    if one.same is not None:
+        lines.append(f"  on this plan it equals {one.same}: no reading tells the two apart")
+    others = [f"{a.effect} (cosine {a.cosine:.3f}, at most {a.most:.3f})" for a in one.alike[:5] if a.effect != one.same]
+    lines.append(f"  looks like {', '.join(others)}" if others else "  looks like no other effect")
+    return "\n".join(lines)

@@ -55,6 +55,7 @@ def export(
         default="0.1 um",
     ),
     unit: str = word("--unit", "mm|inch", "Machine unit of LinuxCNC.", default="mm"),
+    effects: Path | None = _measured.EFFECTS,
     force: bool = force("Write over a file that exists."),
     json: bool = _measured.JSON,
 ) -> None:
@@ -76,7 +77,7 @@ def export(
     from rtec.study.c_source import name_in_c
 
     trained = read_predictor(model) if is_predictor_file(model) else None
-    known = _error_model(model) if trained is None else trained.predictor
+    known = _error_model(model, effects) if trained is None else trained.predictor
     low_mm, high_mm = _range(known, start_mm, end_mm)
     documents: list[dict[str, Any]] = []
     for name, file in files.items():
@@ -153,9 +154,10 @@ def _sentence(document: dict[str, Any]) -> str:
     )
 
 
-def _error_model(path: Path) -> Model:
+def _error_model(path: Path, effects: Path | None) -> Model:
     """Return the model of an error of position that a file holds; in mm where it does not say otherwise."""
     from rtec.effects import Units
+    from rtec.effects.own_file import library_of_file
     from rtec.errors import FileFormatError
     from rtec.inference.model_file import read_model, read_observe
     from rtec.inference.static_predictor import check_of_positions
@@ -164,10 +166,11 @@ def _error_model(path: Path) -> Model:
     if observe != "deviation":
         why = "a table corrects positions, and no force, torque or current"
         raise ArgumentError(f"{path}: observe", repr(observe)[:60], "a model of a deviation", why)
+    library = library_of_file(effects)
     try:
-        model = read_model(path)  # one that was written by rtec states its units
+        model = read_model(path, None, library)  # one that was written by rtec states its units
     except FileFormatError:
-        model = read_model(path, Units("mm", "mm", "s"))
+        model = read_model(path, Units("mm", "mm", "s"), library)
     check_of_positions(model)  # before a range of positions is asked for, which a model over time has not
     return model
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from rtec.cli import _live
+from rtec.cli import _live, _measured
 from rtec.cli._console import note, print_json
 from rtec.cli._live import MACHINE, TIMES
 from rtec.cli._parameters import apart, flag, needs, option, quantity, time_ps, word
@@ -44,6 +44,7 @@ def pc(
     models: list[Path] | None = option(
         "--model", "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis.", panel=MACHINE
     ),
+    effects: Path | None = _measured.EFFECTS,
     cautious: bool = flag("--cautious", "Ask for no more than its interval supports.", panel=MACHINE),
     travel_mm: float = quantity(
         "--travel", LENGTH, "1000mm", "From home on, for a --model.", panel=MACHINE, default="1000mm"
@@ -100,7 +101,9 @@ def pc(
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
     _live.check_dbc(dbc)
     numbers = _live.axes_of(axis, axes)
-    predictors, home_mm = _predictors(numbers, table, table_unit, models or [], home_mm, travel_mm, cautious)
+    predictors, home_mm = _predictors(
+        numbers, table, table_unit, models or [], effects, home_mm, travel_mm, cautious
+    )
     supervision = SupervisionLimits(
         cycle_ps=cycle_ps,
         watchdog_ps=5 * cycle_ps if watchdog_ps is None else watchdog_ps,
@@ -164,6 +167,7 @@ def _predictors(
     table: Path | None,
     table_unit: str | None,
     models: list[Path],
+    effects: Path | None,
     home_mm: float | None,
     travel_mm: float,
     cautious: bool,
@@ -184,7 +188,7 @@ def _predictors(
     elif table is not None:
         known = read_table(table)
     elif models:
-        return _of_models(numbers, models, home_mm or 0.0, travel_mm, cautious), home_mm or 0.0
+        return _of_models(numbers, models, effects, home_mm or 0.0, travel_mm, cautious), home_mm or 0.0
     else:
         known = LatheNetwork()
         home_mm = known.range_mm[0] if home_mm is None else home_mm
@@ -192,16 +196,18 @@ def _predictors(
 
 
 def _of_models(
-    numbers: list[int], models: list[Path], home_mm: float, travel_mm: float, cautious: bool
+    numbers: list[int], models: list[Path], effects: Path | None, home_mm: float, travel_mm: float, cautious: bool
 ) -> dict[int, Predictor]:
     """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
+    from rtec.effects.own_file import library_of_file
     from rtec.inference.static_predictor import axis_of_file, predictor_of_file
     from rtec.predictors import NoError
     from rtec.predictors.binding import axis_name
 
+    library = library_of_file(effects)
     found: dict[int, Predictor] = {}
     for path in models:
-        predictor, left_out = predictor_of_file(path, home_mm, home_mm + travel_mm, cautious=cautious)
+        predictor, left_out = predictor_of_file(path, home_mm, home_mm + travel_mm, cautious=cautious, library=library)
         for effect in left_out:
             note(f"warning: {effect.effect} is left out: {effect.why}")
         axis = axis_of_file(path)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress
 from rtec.cli._parameters import flag, folder, force, needs, processor, quantity, whole, written
 from rtec.cli._words import PROCESSORS
@@ -35,6 +36,7 @@ def run(
     processor: Microcontroller | None = processor(
         f"Of --firmware: {', '.join(PROCESSORS)}, or as 'one-clock 50MHz'."
     ),
+    effects: Path | None = _measured.EFFECTS,
     write_study: Path | None = written(
         "--write-study", "FILE", "Write the built-in study to FILE for you to change, and stop."
     ),
@@ -56,6 +58,7 @@ def run(
     from dataclasses import replace
 
     from rtec.board import Microcontroller
+    from rtec.effects.own_file import library_of_file
     from rtec.io import report_folder
     from rtec.report.document import study_document
     from rtec.report.folder import write_report
@@ -64,7 +67,8 @@ def run(
     from rtec.study.compiling import compile_beside
     from rtec.study.definition import checked_repeatability
 
-    what = builtin_study() if study is None else read_study(study)
+    library = library_of_file(effects)
+    what = replace(builtin_study(), library=library) if study is None else read_study(study, library)
     if repeatability_mm is not None:
         what = replace(what, repeatability_mm=checked_repeatability(repeatability_mm))
     if seed is not None:

@@ -58,6 +58,7 @@ def train(
     thesis: bool = flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours."),
     screw_pitch: str | None = _measured.SCREW_PITCH,
     counts_per_rev: str | None = _measured.COUNTS_PER_REV,
+    effects: Path | None = _measured.EFFECTS,
     columns: _measured.ColumnOptions,
     seed: int = whole("--seed", "Draws what is held out, and the first weights.", low=0, default=0),
     force: bool = force("Write over files that exist."),
@@ -79,7 +80,7 @@ def train(
 
     with progress(f"training on {data.name}") as show:
         axis = _measured.AxisOptions(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
-        given = _measured.MeasuredOptions(heldout=heldout, axis=axis, columns=columns).read(data)
+        given = _measured.MeasuredOptions(heldout=heldout, effects=effects, axis=axis, columns=columns).read(data)
         result = compare_predictors(
             given.dataset,
             given.heldout,

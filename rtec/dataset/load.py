@@ -164,7 +164,7 @@ def _prepared(
         prepare_at_rest(rows)
     if len(rows) < _FEWEST_ROWS:
         raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {_FEWEST_ROWS}")
-    data = _dataset(rows, _conditions(rows, axis, library), resample, cutoff_hz)
+    data = _dataset(rows, _conditions(rows, axis), resample, cutoff_hz)
     data = replace(data, library=library)
     return data if like is None else same_kind(data, like)
 
@@ -248,9 +248,8 @@ def _name_what_is_not_used(rows: Rows) -> None:
     rows.notes += [f"{what}: {', '.join(names)}" for what, names in unused.items() if names]
 
 
-def _conditions(rows: Rows, axis: AxisFacts, library: Library) -> Conditions:
+def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
     unit, since, periods = rows.position_unit, None, {}
-    wanted = {name for effect in library for name in effect.other_columns}
     if rows.held_direction is not None and rows.coordinate not in _NO_POSITION:
         since = distance_since_reversal(rows.position, rows.held_direction, rows.run, moving=rows.moving)
     for key in ("screw_pitch", "scale_signal_period"):
@@ -264,9 +263,7 @@ def _conditions(rows: Rows, axis: AxisFacts, library: Library) -> Conditions:
         **{name: getattr(rows, name) for name in (*_SHARED, *_AROUND.values())},
         since_reversal=since,
         temperatures=MappingProxyType(rows.temperatures),
-        others=MappingProxyType({
-            name: values for heading, values in rows.unknown.items() if (name := heading_name(heading)) in wanted
-        }),
+        others=MappingProxyType({heading_name(heading): values for heading, values in rows.unknown.items()}),
         reference_temperature_degc=axis.reference_temperature_degc(),
         screw_pitch=periods["screw_pitch"],
         signal_period=periods["scale_signal_period"],

@@ -48,7 +48,7 @@ class Conditions:
     load
         On the axis, in whatever unit the file has; None where it was not recorded.
     others
-        Columns of no known quantity that an effect asks for, by `heading_name`.
+        Columns of no known quantity, by `heading_name`.
     reference_temperature_degc
         At which the axis has its nominal length (ISO 1: 20 degC).
     screw_pitch, signal_period, revolution

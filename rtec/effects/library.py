@@ -13,6 +13,8 @@ from rtec.effects.backlash_map import BacklashMap
 from rtec.effects.cogging import Cogging
 from rtec.effects.cosine import Cosine
 from rtec.effects.coulomb import Coulomb
+from rtec.effects.curve import PREFIX as CURVE
+from rtec.effects.curve import Curve
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.dead_path import DeadPath
 from rtec.effects.drift import Drift
@@ -84,6 +86,9 @@ class Library:
         """
         if name in self:
             return self._by_name[name]
+        what, colon, over = name.partition(":")
+        if what == CURVE:  # learned, and no name
+            return Curve(over) if colon else Curve()
         if name in CAPTURE_EFFECTS:
             hint = f"{name} belongs to captures of A/B signals, which hold edges and no positions"
             raise ArgumentError("effect", name, "an effect of an axis or of a drive", hint)
@@ -107,7 +112,7 @@ class Library:
         for effect in own:
             if effect in found:
                 continue
-            if effect.name in CAPTURE_EFFECTS or effect.name in {one.name for one in (*self.effects, *found)}:
+            if effect.name in (*CAPTURE_EFFECTS, CURVE) or effect.name in {one.name for one in (*self.effects, *found)}:
                 whose = "comes with rtec" if effect.name in {one.name for one in self.effects} else "is there already"
                 allowed = "a name of its own"
                 raise ArgumentError("effect", effect.name, allowed, problem=f"has the name of an effect that {whose}")

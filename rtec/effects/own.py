@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from rtec.effects.conditions import Conditions, Floats, heading_name
+from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Card, Effect, Observable, Over, Quantity, Shape, Tunable, parameter
+from rtec.effects.quantities import MEANT, is_slow, meant, missing, quantity_of
 from rtec.errors import ArgumentError, unknown
 from rtec.units import UNITS
 
@@ -38,13 +39,6 @@ _LEAST_CHANGE = 1e-9
 """Share of its size by which a contribution has to change over the readings to be seen."""
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
 _OVER = {"direction": Over.REVERSAL, "since_reversal": Over.REVERSAL, "load": Over.TIME}
-_SLOW = frozenset({"time", "temperature", "run", "load", "pressure", "humidity"})
-_MEANT = MappingProxyType({
-    "position": "a position", "direction": "a direction", "velocity": "a velocity or feed column, or moving data",
-    "acceleration": "moving data", "time": "a time column", "temperature": "one temperature column",
-    "since_reversal": "directions", "run": "runs", "load": "a load column", "pressure": "a pressure column",
-    "humidity": "a humidity column",
-})  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,8 @@ class FunctionEffect(Effect):
         self.quantities, bounds = _signature(function, self.name)
         self.bounds: Mapping[str, Within] = MappingProxyType(bounds)
         self.over = _over(over, self.quantities, self.name)
-        self.in_time = any(name in _SLOW or name not in _MEANT for name in self._bare)
+        self.other_columns = frozenset(name for name in self.quantities if name not in MEANT)
+        self.in_time = any(is_slow(name) for name in self.quantities)
         made = make_dataclass(
             f"{self.name}_shape",
             [(key, float, _field(key, within)) for key, within in bounds.items()],
@@ -114,7 +109,7 @@ class FunctionEffect(Effect):
         self._grids = weakref.WeakKeyDictionary()
         self.__doc__ = function.__doc__
         code = function.__code__
-        needs = ", ".join(dict.fromkeys(_meant(name) for name in self.quantities))
+        needs = ", ".join(dict.fromkeys(meant(name) for name in self.quantities))
         self.card = _card(self, needs, f"{Path(code.co_filename).name}, line {code.co_firstlineno}.")
 
     def __call__(self, *args: Any, **given: Any) -> Any:
@@ -125,21 +120,11 @@ class FunctionEffect(Effect):
         """Return its name and what it depends on."""
         return f"<effect {self.name}({', '.join([*self.quantities, *self.bounds])})>"
 
-    @property
-    def _bare(self) -> list[str]:
-        """What it depends on, a named temperature as a temperature."""
-        return ["temperature" if name.startswith("temperature_") else name for name in self.quantities]
-
-    @property
-    def other_columns(self) -> frozenset[str]:
-        """Names of the columns of no known quantity that it depends on."""
-        return frozenset(name for name in self._bare if name not in _MEANT)
-
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show it: a column is missing, or it is constant on these readings."""
         for name in self.quantities:
-            if _of(conditions, name) is None:
-                return _missing(conditions, name)
+            if quantity_of(conditions, name) is None:
+                return missing(conditions, name)
         thin = self._thinned(conditions)
         columns = np.array([self._column(thin, shape) for shape in self._corners()])
         spread, size = np.ptp(columns, axis=1), np.abs(columns).max(axis=1)
@@ -174,8 +159,8 @@ class FunctionEffect(Effect):
         """Return what the function says, shape (rows,); refuse what is no number for each reading."""
         values = []
         for name in self.quantities:
-            column = _of(conditions, name)
-            values.append(_read_only(self._needed(column, _meant(name))))
+            column = quantity_of(conditions, name)
+            values.append(_read_only(self._needed(column, meant(name))))
         given = {item.name: float(getattr(shape, item.name)) for item in fields(shape)}
         said = ", ".join(f"{key} = {value:.6g}" for key, value in given.items()) or "these readings"
         try:
@@ -190,7 +175,7 @@ class FunctionEffect(Effect):
         return np.broadcast_to(found, (conditions.rows,))
 
     def _wrong(self, problem: str, said: str, allowed: str = "a function that works for every reading") -> ArgumentError:
-        return ArgumentError(f"effect {self.name}", said, allowed, problem=f"at {said}: {problem[:300]}")
+        return ArgumentError(f"effect {self.name}", "", allowed, problem=f"fails at {said}: {problem[:300]}")
 
     def _thinned(self, conditions: Conditions) -> Conditions:
         if conditions.rows <= _ROWS:
@@ -369,7 +354,7 @@ def _signature(function: Callable[..., Any], name: str) -> tuple[tuple[str, ...]
         allowed = "other names of parameters: these stand for something else in a model file"
         raise ArgumentError(f"effect {name}", ", ".join(sorted(taken)), allowed)
     if not quantities:
-        allowed = f"a quantity that it depends on: {', '.join(_MEANT)}, or the name of a column"
+        allowed = f"a quantity that it depends on: {', '.join(MEANT)}, or the name of a column"
         raise ArgumentError(f"effect {name}", "no quantity", allowed)
     return tuple(quantities), bounds
 
@@ -398,37 +383,6 @@ def _at(within: Within, share: float) -> float:
     if low > 0.0 and high / low >= _GEOMETRIC:
         return min(max(low * (high / low) ** share, low), high)
     return low + (high - low) * share
-
-
-def _of(conditions: Conditions, name: str) -> Floats | None:
-    """Return a quantity at each reading, shape (rows,); None where the data have none."""
-    if name.startswith("temperature_"):
-        return conditions.temperatures.get(name)
-    if name == "temperature":
-        several = conditions.temperatures
-        return several.get(name, next(iter(several.values())) if len(several) == 1 else None)
-    if name == "position" and conditions.time_is_coordinate:
-        return None
-    known = {
-        "position": conditions.position, "direction": conditions.direction, "velocity": conditions.velocity,
-        "acceleration": conditions.acceleration, "time": conditions.time_s, "run": conditions.run,
-        "since_reversal": conditions.since_reversal, "load": conditions.load, "pressure": conditions.pressure_hpa,
-        "humidity": conditions.humidity_percent,
-    }  # fmt: skip
-    found = known[name] if name in known else conditions.others.get(name)
-    return None if found is None else np.asarray(found, dtype=np.float64)
-
-
-def _missing(conditions: Conditions, name: str) -> str:
-    if name == "temperature" and conditions.temperatures:
-        return f"several temperature columns: say which ({', '.join(conditions.temperatures)})"
-    return f"no {_meant(name).removeprefix('a ').removeprefix('one ')}"
-
-
-def _meant(name: str) -> str:
-    if name.startswith("temperature_"):
-        return f"a column {name}"
-    return _MEANT.get(name, f"a column {name}")
 
 
 def _read_only(values: Floats) -> Floats:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rtec.effects import Effect
+from rtec.effects import Shape, Effect
 from rtec.inference.answer import LEVEL, Rivalry, chance
 from rtec.inference.finding import Finding
 from rtec.inference.forms import forms_of
@@ -199,20 +199,26 @@ def minimum_detectable(judge: Judge, model: Scored) -> dict[str, float]:
     by ``l / 2`` less its price and half a logarithm of the readings for each amplitude, give or take ``sqrt(l)``.
     Of several shapes the least favourable counts.
     """
-    back = beside(judge.space, (), model.colour)
-    sigma = float(np.sqrt(judge.fit(model, model.colour).variance))
     return {
         effect.name: found
         for effect in judge.space.library
-        if not isinstance(effect, Probe) and (found := _detectable(judge, effect, back, sigma, model)) is not None
+        if not isinstance(effect, Probe) and (found := detectable(judge, effect, model)) is not None
     }
 
 
-def _detectable(judge: Judge, effect: Effect, back: Beside, sigma: float, model: Scored) -> float | None:
+def detectable(judge: Judge, effect: Effect, model: Scored, only: Shape | None = None) -> float | None:
+    """Return the RMS contribution of one effect that would be found, or None where nothing of it would be seen.
+
+    Of ``only`` one of its shapes, or of the least favourable.
+    """
     space = judge.space
+    back = beside(space, (), model.colour)
+    sigma = float(np.sqrt(judge.fit(model, model.colour).variance))
     shapes, sound = space.shapes(effect)
     shapes = [shape for shape, good in zip(shapes, sound, strict=True) if good]
-    if effect.is_map:
+    if only is not None:
+        shapes = [only]
+    elif effect.is_map:
         shapes = shapes[:1]
     elif len(shapes) > (most := max(_SHAPES, _ROWS // space.dataset.rows)):
         shapes = [shapes[k] for k in np.linspace(0, len(shapes) - 1, most).astype(int)]

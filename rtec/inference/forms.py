@@ -295,6 +295,7 @@ _HEAT = Forms(crowded=_sensor_taken, at_most=3)
 FORMS: Mapping[str, Forms] = MappingProxyType(
     {
         "offset": _NEVER_RANKED,
+        "curve": Forms(at_most=4),
         "quantisation": _NEVER_RANKED,
         "cosine": _NEVER_RANKED,
         "gravity": Forms(ranked=lambda conditions: conditions.position_unit != "mm"),

@@ -38,6 +38,7 @@ from typing import Any
 from rtec.checks import number_within
 from rtec.dataset.observed import DRIVE, observable_of
 from rtec.effects import LIBRARY, Amplitude, Effect, Library, Observable, Units
+from rtec.effects.curve import PREFIX as CURVE
 from rtec.errors import ArgumentError, FileFormatError, nearest
 from rtec.inference.forms import forms_of
 from rtec.inference.model import Model, Term
@@ -277,6 +278,9 @@ def _effects(path: str | Path, top: Mapping[str, Any], library: Library) -> Iter
         name = entry.get("name")
         if not isinstance(name, str):
             raise FileFormatError(path, None, f"effect {number} has no name", 'such as name = "backlash"')
+        if name == CURVE and isinstance(entry.get("over"), str):
+            ways = ["direction"] if entry.get("by_direction") is True else []
+            name = f"{CURVE}:{'*'.join([entry['over'], *([entry['across']] if entry.get('across') else []), *ways])}"
         try:
             effect = library.named(name)
         except ArgumentError as error:

@@ -75,7 +75,7 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     found = []
     # a deviation that follows a temperature has a name: thermal_shift
     heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
-    used = dataset.conditions.others
+    used = {name for effect in dataset.library for name in effect.other_columns}
     unknown = (item for item in dataset.unknown if heading_name(item[0]) not in used)
     strange = [(heading, values) for heading, values in unknown if not is_index(values, c)]
     for heading, values in (*heats.items(), *strange):

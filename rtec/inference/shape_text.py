@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -17,6 +17,7 @@ from rtec.units import parse_in, written
 MOST_NODES = 10_000
 _LARGEST_COUNT = 1000
 _LARGEST_RUN = 2**31
+_LARGEST = 1e300
 _SMALLEST = 1e-12
 """Of a period, a distance and the like: beyond it and its inverse a column of it is no more than rounding."""
 _CONTINUOUS = (Quantity.POSITION, Quantity.SPEED, Quantity.CLOCK, Quantity.NUMBER)
@@ -48,7 +49,12 @@ def written_fields(shape: Shape) -> tuple[Parameter, ...]:
     >>> [item.name for item in written_fields(CyclicShape(6.35))]
     ['period', 'harmonics', 'by_direction']
     """
-    return tuple(x for x in fields(shape) if not (is_continuous(x) and getattr(shape, x.name) == x.default == 0.0))
+    return tuple(x for x in fields(shape) if not (_is_optional(x) and getattr(shape, x.name) == x.default))
+
+
+def _is_optional(item: Parameter) -> bool:
+    """Return whether a parameter means nothing where it is not given."""
+    return bool(item.metadata.get("optional")) or (is_continuous(item) and item.default == 0.0)
 
 
 def _is_list(item: Parameter) -> bool:
@@ -86,7 +92,7 @@ def read_shape(
     items = fields(effect.shape_type)
     # what has no sensible value of its own, not even 0, is given or found by a scan
     of_data = [item for item in items if item.metadata["quantity"] in (*_CONTINUOUS, Quantity.TEXT)]
-    wanted = [item.name for item in of_data if item.default != 0.0]
+    wanted = [item.name for item in of_data if not _is_optional(item)]
     if wanted and not given:
         return None
     values = {item.name: _value(item, given[item.name], units, name) for item in items if item.name in given}
@@ -119,6 +125,8 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
         return value
     unit = units.of(item)
     if quantity is Quantity.NUMBER:
+        if _is_list(item):
+            return _ascending(key, _listed(key, value, "numbers that ascend, such as [0.0, 10.0]"))
         low, high = item.metadata["low"], item.metadata["high"]
         number = parse_in(value, unit, name=key) if unit else number_within(key, value, low, high)  # type: ignore[arg-type]
         return number_within(key, number, low, high)
@@ -149,10 +157,15 @@ def _numbers(key: str, value: object) -> tuple[int, ...]:
 def _places(key: str, value: object, unit: str) -> tuple[float, ...]:
     several = _listed(key, value, f"positions, such as ['0 {unit}', '10 {unit}']")
     places = tuple(parse_in(text, unit, name=key) for text in several)
-    for before, after in itertools.pairwise(places):
+    return _ascending(key, places, unit)
+
+
+def _ascending(key: str, several: Sequence[object], unit: str = "") -> tuple[float, ...]:
+    numbers = tuple(number_within(key, one, -_LARGEST, _LARGEST) for one in several)
+    for before, after in itertools.pairwise(numbers):
         if not before < after:
-            raise ArgumentError(key, f"{after:g} {unit} behind {before:g} {unit}", "positions that ascend")
-    return places
+            raise ArgumentError(key, f"{after:g} {unit} behind {before:g} {unit}".replace(" ", " "), "places that ascend")
+    return numbers
 
 
 def shown_field(item: Parameter, value: object, units: Units) -> str:

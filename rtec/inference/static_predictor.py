@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtec.effects import Conditions, Floats, Units
+from rtec.effects import LIBRARY, Conditions, Floats, Library, Units
+from rtec.effects.own import FunctionEffect
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model
 from rtec.inference.model_file import read_model
@@ -29,6 +30,8 @@ from rtec.predictors import (
 POINTS_A_WAVE = 50
 """Of the table's grid: joined by straight lines, the shortest wave is followed within 0.2 % of its amplitude."""
 FEWEST_POINTS, MOST_POINTS = 5_000, 100_000
+UNSEEN = 1e-3
+"""Of the size of somebody's function: what a table may be off between its places without a word."""
 FEWEST_POINTS_A_WAVE = 10
 """Below, a wave is left out: it would be followed by no better than 5 % of its amplitude."""
 
@@ -159,12 +162,28 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     fine = [term for term, wave in waves.items() if wave * MOST_POINTS < FEWEST_POINTS_A_WAVE * span]
     shortest = min((wave for term, wave in waves.items() if term not in fine), default=span)
     points = min(max(round(span / shortest * POINTS_A_WAVE), FEWEST_POINTS), MOST_POINTS)
-    grid = np.linspace(low_mm, high_mm, points + 1)
     kept = model.with_terms(term for term in model.terms if term not in fine)
+    own = kept.with_terms(term for term in kept.terms if isinstance(term.effect, FunctionEffect))
+    while (off_mm := _off_between(own, low_mm, high_mm, points)) > 0.0 and 2 * points <= MOST_POINTS:
+        points *= 2
+    grid = np.linspace(low_mm, high_mm, points + 1)
     (forward_mm, left_out), (reverse_mm, _) = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
     table = BidirectionalTable.on_grid(grid, forward_mm, reverse_mm)
+    if off_mm > 0.0:
+        why = f"it changes faster than a table can follow, which is off by {1e3 * off_mm:.3g} µm at most"
+        left_out = (*left_out, *(LeftOut(effect=name, why=why) for name in own.names))
     too_fine = [LeftOut(effect=term.name, why=f"its waves of {waves[term]:.3g} mm are too short") for term in fine]
     return table, (*left_out, *too_fine)
+
+
+def _off_between(own: Model, low_mm: float, high_mm: float, points: int) -> float:
+    """Return how far straight lines between places are from somebody's functions; 0 below a thousandth of their size."""
+    worst = 0.0
+    for way in (FORWARD, REVERSE) if own.terms else ():
+        fine = static_part(own, np.linspace(low_mm, high_mm, 2 * points + 1), way)[0]
+        off = float(np.abs(fine[1::2] - (fine[:-1:2] + fine[2::2]) / 2.0).max())
+        worst = max(worst, off if off > UNSEEN * float(np.ptp(fine)) else 0.0)
+    return worst
 
 
 def axis_of_file(path: Path) -> int | None:
@@ -179,7 +198,7 @@ def axis_of_file(path: Path) -> int | None:
 
 
 def predictor_of_file(
-    path: Path, low_mm: float, high_mm: float, *, cautious: bool = False
+    path: Path, low_mm: float, high_mm: float, *, cautious: bool = False, library: Library = LIBRARY
 ) -> tuple[Predictor, tuple[LeftOut, ...]]:
     """Return the predictor of a TOML file.
 
@@ -191,6 +210,8 @@ def predictor_of_file(
         A model of effects is tabled over the part of this range that it was fitted to, where it says so.
     cautious
         Whether corrections are reduced to what the predictor's interval supports.
+    library
+        With the effects of one's own that a model names.
 
     Returns
     -------
@@ -208,7 +229,7 @@ def predictor_of_file(
         predictor, interval_mm = known.predictor, known.interval_mm
     else:
         clock = read_toml(path).get("clock")
-        model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"))
+        model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"), library)
         predictor, left_out = predictor_of_model(model, *_known_mm(model, low_mm, high_mm))
         interval_mm = math.inf if model.interval is None else model.interval
     if not cautious:

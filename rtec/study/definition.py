@@ -12,6 +12,7 @@ from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
 from rtec.checks import number_within
 from rtec.controller import IllegalPolicy, ReceiverSettings
+from rtec.effects import LIBRARY, Library
 from rtec.errors import ArgumentError, FileFormatError, unknown
 from rtec.inference.static_predictor import LeftOut
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
@@ -102,6 +103,8 @@ class Study:
     """What goes wrong while the rows are measured."""
     probing: tuple[tuple[int, int], ...] = ()
     """Times (from, until) in ps at which the PC probes while the rows are measured."""
+    library: Library = LIBRARY
+    """The effects that the search of a calibration may find, with those of one's own."""
     firmware: Microcontroller | None = None
     """The processor that runs the real firmware in the box; None for the behavioural model of it."""
 
@@ -134,8 +137,10 @@ def builtin_study() -> Study:
     return _study({}, "built-in study", Path())
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: Path, library: Library = LIBRARY) -> Study:
     """Read a study from a TOML file; keys that it leaves out have the built-in study's values.
+
+    ``library`` holds the effects of one's own that its search or its model file may name.
 
     Raises
     ------
@@ -144,10 +149,10 @@ def read_study(path: Path) -> Study:
     ArgumentError
         A value without its unit or outside its range.
     """
-    return _study(read_toml(path), path, path.parent)
+    return _study(read_toml(path), path, path.parent, library)
 
 
-def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
+def _study(given: dict[str, Any], path: str | Path, folder: Path, library: Library = LIBRARY) -> Study:
     builtin = parse_toml(builtin_text(), "built-in study")
     top = Section(path, "", given, builtin, optional=("faults", "probing"))
 
@@ -165,7 +170,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             Machine(axis_error=axis_error)
         plan = _plan(parts["program"])
         check_range(parts["program"], plan, "the axis's error", axis_error)
-        model, left_out = model_of(parts["predictor"], folder, axis_error, plan)
+        model, left_out = model_of(parts["predictor"], folder, axis_error, plan, library)
         check_range(parts["program"], plan, "the predictor", model)
         study = Study(
             name=_plain_name(top),
@@ -176,6 +181,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path) -> Study:
             predictor=parts["predictor"].text("model"),
             model=model,
             left_out=left_out,
+            library=library,
             calibration=_calibration(parts["calibration"], plan),
             rounds=parts["calibration"].whole("rounds", 1, MOST_ROUNDS),
             **_axis(parts["axis"]),

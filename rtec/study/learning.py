@@ -116,7 +116,7 @@ def _searched(
     study: Study, before: list[Round], plan: MeasuringPlan, taken: Readings, machine_s: float, report: Report
 ) -> Round:
     whole = joined([*(one.readings for one in before), taken])
-    dataset = load_dataset(calibration_measurement(whole, study.period_mm))
+    dataset = load_dataset(calibration_measurement(whole, study.period_mm), library=study.library)
     diagnosis = diagnose(dataset, begin=before[-1].diagnosis.model if before else None, progress=report)
     travel = np.linspace(study.calibration.start_mm, study.calibration.end_mm, _PLACES)
     return Round(

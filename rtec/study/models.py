@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rtec.axis import Limits
+from rtec.effects import LIBRARY, Library
 from rtec.errors import ArgumentError, nearest
 from rtec.inference.static_predictor import LeftOut, predictor_of_file
 from rtec.io import Section
@@ -40,7 +41,7 @@ def axis_error_of(section: Section, folder: Path) -> Predictor:
 
 
 def model_of(
-    section: Section, folder: Path, truth: Predictor, plan: MeasuringPlan
+    section: Section, folder: Path, truth: Predictor, plan: MeasuringPlan, library: Library = LIBRARY
 ) -> tuple[Predictor, tuple[LeftOut, ...]]:
     """Return the PC's model, and which effects of a model file it cannot hold.
 
@@ -52,6 +53,8 @@ def model_of(
         The true error of the axis.
     plan
         A model file is tabled over its travel.
+    library
+        With the effects of one's own that a model file names.
 
     Returns
     -------
@@ -79,7 +82,7 @@ def model_of(
         allowed = f"{words}, a table in a file NAME.csv, or a model or trained predictor in a file NAME.toml"
         raise ArgumentError(section.where("model"), repr(name), allowed, nearest(name, known))
     with section.naming(model="model", cautious="cautious"):
-        predictor, left_out = predictor_of_file(file, plan.start_mm, plan.end_mm, cautious=cautious)
+        predictor, left_out = predictor_of_file(file, plan.start_mm, plan.end_mm, cautious=cautious, library=library)
         check_curve(predictor, "model", hint="a study has one axis; rtec pc takes predictors of several")
         return predictor, left_out
 

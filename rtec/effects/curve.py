@@ -1,0 +1,185 @@
+"""A smooth curve over whatever an error depends on: no physics and no name, what is learned where nothing else fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtec.effects._smooth import smooth_columns
+from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Shape, Units, own_shape, parameter
+from rtec.effects.quantities import is_slow, meant, missing, quantity_of, unit_of
+from rtec.errors import ArgumentError
+
+PREFIX = "curve"
+"""Name of the effect, and what stands in front of what a curve is over: ``curve:velocity``."""
+_COUNTS = (5, 7, 10, 14, 20, 28)
+"""Nodes that are tried of a curve over one quantity."""
+_GRIDS = ((4, 4), (6, 4), (10, 5), (14, 7))
+"""Nodes that are tried of a surface over two."""
+_VALUES_A_NODE = 1.6
+"""Distinct values of a quantity that a node needs at least: what is left has to show whether the curve fits."""
+_CROWDED = frozenset({"velocity", "acceleration", "since_reversal"})
+"""What happens near zero matters most: nodes stand closer there, at the squares of even steps."""
+_BY = {"position": Over.POSITION, "velocity": Over.VELOCITY, "acceleration": Over.ACCELERATION,
+       "since_reversal": Over.REVERSAL, "direction": Over.REVERSAL, "run": Over.RUN}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class CurveShape(Shape):
+    """What a curve is over, and where its nodes stand, in the units inside of its quantities."""
+
+    over: str = field(default="position", metadata=parameter(Quantity.TEXT, "quantity"))
+    across: str = field(default="", metadata=parameter(Quantity.TEXT, "second quantity", optional=True))
+    by_direction: bool = field(default=False, metadata=parameter(Quantity.CHOICE, "another curve for each direction"))
+    nodes: tuple[float, ...] = field(default=(), metadata=parameter(Quantity.NUMBER, "nodes"))
+    nodes_across: tuple[float, ...] = field(
+        default=(), metadata=parameter(Quantity.NUMBER, "nodes of the second quantity", optional=True)
+    )
+
+    @property
+    def said_of_it(self) -> str:
+        """What it is over."""
+        ways = " by direction" if self.by_direction else ""
+        return f"over {self.over.replace('_', ' ')}{f' and {self.across}' if self.across else ''}{ways}"
+
+
+class Curve(Effect):
+    """A natural cubic spline through nodes over one quantity, or the product of two over two.
+
+    Parameters
+    ----------
+    text
+        What it is over, as behind ``curve:``: ``velocity``, ``position*direction``, ``position*time``.
+
+    Raises
+    ------
+    ArgumentError
+        More than two quantities, or one twice.
+
+    Examples
+    --------
+    >>> c = Conditions(position=np.array([0.0, 5.0, 10.0]), position_unit="mm", run=np.ones(3, dtype=np.int64))
+    >>> Curve("position").contribution(c, CurveShape("position", nodes=(0.0, 10.0)), [0.0, 0.004]).tolist()
+    [0.0, 0.002, 0.004]
+    """
+
+    name = PREFIX
+    observable = None
+    shape_type = CurveShape
+    is_map = True
+    card = Card(
+        title="Learned curve",
+        formula="`s(q)`, or `s(q, r)`",
+        needs="a column of what it is over",
+        plot="A smooth curve over any quantity, with a band of two standard errors.",
+        cause="Unknown: it is what the data show, and no physics.",
+        consequence="As that of any error that is not understood: the curve corrects it where it was measured only.",
+        action="Look at its form, think of what does that, and write it as an effect of your own.",
+        invariant_to="everything that it is not over.",
+        source="Wahba (1990), chapter 1: smoothing splines.",
+    )
+
+    def __init__(self, text: str = "") -> None:
+        parts = [part.strip() for part in text.split("*")] if text else []
+        self.by_direction = "direction" in parts and len(parts) > 1
+        self.quantities = [part for part in parts if not (part == "direction" and self.by_direction)]
+        if len(self.quantities) > 2 or len(set(self.quantities)) < len(self.quantities) or not all(parts):
+            allowed = "one quantity or two, such as curve:velocity, curve:position*direction, curve:position*time"
+            raise ArgumentError("effect", repr(f"{PREFIX}:{text}")[:60], allowed)
+        self.in_time = any(is_slow(name) for name in self.quantities)
+        if self.quantities:
+            self.over = _BY.get(self.quantities[0], Over.TEMPERATURE if "temp" in self.quantities[0] else Over.TIME)
+
+    @property
+    def text(self) -> str:
+        """What it is over, as behind ``curve:``."""
+        return "*".join([*self.quantities, *(["direction"] if self.by_direction else [])])
+
+    def untestable(self, conditions: Conditions) -> str | None:
+        if not self.quantities:
+            return "a curve is over something: curve:velocity, curve:position*time"
+        for name in self.quantities:
+            values = quantity_of(conditions, name)
+            if values is None:
+                return missing(conditions, name)
+            if _distinct(conditions, name) < 2:
+                return f"{name} never changes"
+        if self.by_direction and not conditions.both_directions:
+            return "one direction only"
+        return None if self.shapes(conditions) else f"too few values of {' and '.join(self.quantities)}"
+
+    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+        """Return nodes to try, from few to many."""
+        if not self.quantities or any(quantity_of(conditions, name) is None for name in self.quantities):
+            return ()
+        most = [int(_distinct(conditions, name) / _VALUES_A_NODE) for name in self.quantities]
+        each = conditions.rows / (6.0 if self.by_direction else 3.0)
+        if len(self.quantities) == 1:
+            (over,) = self.quantities
+            counts = [n for n in _COUNTS if n <= most[0] and n <= each]
+            return [CurveShape(over, by_direction=self.by_direction, nodes=_nodes(conditions, over, n)) for n in counts]
+        over, across = self.quantities
+        grids = {(min(a, most[0]), min(b, most[1])) for a, b in _GRIDS}
+        return [
+            CurveShape(over, across, self.by_direction, _nodes(conditions, over, a), _nodes(conditions, across, b))
+            for a, b in sorted(grids)
+            if min(a, b) >= 2 and a * b <= each
+        ]
+
+    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
+        return self.shapes(conditions)
+
+    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
+        """Return the splines that are 1 at one node, shape (rows, nodes); of two quantities their products."""
+        own = own_shape(shape, CurveShape)
+        table = self._table(conditions, own.over, own.nodes)
+        if own.across:
+            other = self._table(conditions, own.across, own.nodes_across)
+            table = (table[:, :, None] * other[:, None, :]).reshape(conditions.rows, -1)
+        if own.by_direction:
+            way = self._needed(conditions.direction, "directions")
+            table = np.hstack([table, table * way[:, None]])
+        return table
+
+    def _table(self, conditions: Conditions, name: str, nodes: Sequence[float]) -> Floats:
+        """Return the columns of one quantity; beyond the outer nodes a curve stays what it is there."""
+        values = self._needed(quantity_of(conditions, name), meant(name))
+        return smooth_columns(np.clip(values, nodes[0], nodes[-1]), nodes)
+
+    def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
+        own = own_shape(shape, CurveShape)
+        count = max(len(own.nodes), 1) * max(len(own.nodes_across), 1) * (2 if own.by_direction else 1)
+        return tuple(Amplitude(f"at_{k + 1}", *units.shown) for k in range(count))
+
+    def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
+        """Return the number of nodes, and the difference of the largest and the least value at them."""
+        unit, factor = units.shown
+        return ("nodes", float(len(amplitudes)), ""), ("peak_to_peak", factor * float(np.ptp(amplitudes)), unit)
+
+
+def axis_label(conditions: Conditions, name: str) -> str:
+    """Return how an axis of a picture is labelled: a quantity with its unit."""
+    unit = unit_of(conditions, name)
+    return f"{name.replace('_', ' ')} ({unit})" if unit else name.replace("_", " ")
+
+
+def _distinct(conditions: Conditions, name: str) -> int:
+    values = quantity_of(conditions, name)
+    return 0 if values is None else int(np.unique(values[np.isfinite(values)]).size)
+
+
+def _nodes(conditions: Conditions, name: str, count: int) -> tuple[float, ...]:
+    values = quantity_of(conditions, name)
+    assert values is not None  # noqa: S101 - asked before
+    known = values[np.isfinite(values)]
+    low, high = float(known.min()), float(known.max())
+    step = np.linspace(0.0, 1.0, count)
+    if name in _CROWDED:
+        reach = max(abs(low), abs(high))
+        ends = np.sign([low, high]) * np.sqrt(np.abs([low, high]) / reach)
+        even = ends[0] + (ends[1] - ends[0]) * step
+        return tuple(np.unique(np.sign(even) * even**2 * reach).tolist())
+    return tuple((low + (high - low) * step).tolist())
