@@ -88,7 +88,9 @@ def _write(
             page = write_several(results, found, place) if found else write_diagnosis(result, place)
             made["report"] = str(page)
     if save is not None:
-        write_model(save, result.model)
+        write_model(save, result.model if result.curve is None else result.curve.model)
+        if result.curve is not None:
+            note(f"{save} holds the learned curve {result.curve.shape.said_of_it} beside the effects found")
         made["model"] = str(save)
     if suggest is not None and _write_plan(suggest, result):
         made["plan"] = str(suggest)

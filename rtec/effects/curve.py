@@ -15,7 +15,7 @@ from rtec.errors import ArgumentError
 
 PREFIX = "curve"
 """Name of the effect, and what stands in front of what a curve is over: ``curve:velocity``."""
-_COUNTS = (5, 7, 10, 14, 20, 28)
+_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28)
 """Nodes that are tried of a curve over one quantity."""
 _GRIDS = ((4, 4), (6, 4), (10, 5), (14, 7))
 """Nodes that are tried of a surface over two."""
@@ -135,19 +135,10 @@ class Curve(Effect):
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return the splines that are 1 at one node, shape (rows, nodes); of two quantities their products."""
         own = own_shape(shape, CurveShape)
-        table = self._table(conditions, own.over, own.nodes)
-        if own.across:
-            other = self._table(conditions, own.across, own.nodes_across)
-            table = (table[:, :, None] * other[:, None, :]).reshape(conditions.rows, -1)
-        if own.by_direction:
-            way = self._needed(conditions.direction, "directions")
-            table = np.hstack([table, table * way[:, None]])
-        return table
-
-    def _table(self, conditions: Conditions, name: str, nodes: Sequence[float]) -> Floats:
-        """Return the columns of one quantity; beyond the outer nodes a curve stays what it is there."""
-        values = self._needed(quantity_of(conditions, name), meant(name))
-        return smooth_columns(np.clip(values, nodes[0], nodes[-1]), nodes)
+        needed = [own.over, *([own.across] if own.across else []), *(["direction"] if own.by_direction else [])]
+        values = {name: self._needed(quantity_of(conditions, name), meant(name)) for name in needed}
+        nothing = np.zeros(conditions.rows)
+        return curve_columns(own, values[own.over], values.get(own.across, nothing), values.get("direction", nothing))
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         own = own_shape(shape, CurveShape)
@@ -158,6 +149,18 @@ class Curve(Effect):
         """Return the number of nodes, and the difference of the largest and the least value at them."""
         unit, factor = units.shown
         return ("nodes", float(len(amplitudes)), ""), ("peak_to_peak", factor * float(np.ptp(amplitudes)), unit)
+
+
+def curve_columns(shape: CurveShape, at: Floats, across: Floats, way: Floats) -> Floats:
+    """Return the columns of a curve at values of its quantities and directions, shape (rows, nodes).
+
+    Beyond the outer nodes a curve stays what it is there.
+    """
+    table = smooth_columns(np.clip(at, shape.nodes[0], shape.nodes[-1]), shape.nodes)
+    if shape.across:
+        other = smooth_columns(np.clip(across, shape.nodes_across[0], shape.nodes_across[-1]), shape.nodes_across)
+        table = (table[:, :, None] * other[:, None, :]).reshape(at.size, -1)
+    return np.hstack([table, table * way[:, None]]) if shape.by_direction else table
 
 
 def axis_label(conditions: Conditions, name: str) -> str:

@@ -12,9 +12,14 @@ MEANT = MappingProxyType({
     "position": "a position", "direction": "a direction", "velocity": "a velocity or feed column, or moving data",
     "acceleration": "moving data", "time": "a time column", "temperature": "one temperature column",
     "since_reversal": "directions", "run": "runs", "load": "a load column", "pressure": "a pressure column",
-    "humidity": "a humidity column",
+    "humidity": "a humidity column", "phase_of_pitch": "a stated screw pitch",
+    "phase_of_signal": "a stated signal period", "phase_of_turn": "counts a turn, or angles",
 })  # fmt: skip
 """Quantities by name, and what data need to have them; beside them a temperature or any column by its own name."""
+PHASES = MappingProxyType({
+    "phase_of_pitch": "screw_pitch", "phase_of_signal": "signal_period", "phase_of_turn": "revolution",
+})  # fmt: skip
+"""Where in a period that the file states a position lies."""
 SLOW = frozenset({"time", "temperature", "run", "load", "pressure", "humidity"})
 """Those that change from repeat to repeat."""
 
@@ -32,8 +37,11 @@ def quantity_of(conditions: Conditions, name: str) -> Floats | None:
         several = conditions.temperatures
         alone = next(iter(several.values())) if name == "temperature" and len(several) == 1 else None
         return several.get(name, alone)
-    if name == "position" and conditions.time_is_coordinate:
+    if (name == "position" or name in PHASES) and conditions.time_is_coordinate:
         return None
+    if name in PHASES:
+        period = getattr(conditions, PHASES[name])
+        return None if period is None else np.asarray(conditions.position % period, dtype=np.float64)
     known = {
         "position": conditions.position, "direction": conditions.direction, "velocity": conditions.velocity,
         "acceleration": conditions.acceleration, "time": conditions.time_s, "run": conditions.run,
@@ -56,7 +64,7 @@ def unit_of(conditions: Conditions, name: str) -> str:
     place = conditions.position_unit
     known = {
         "position": place, "since_reversal": place, "velocity": f"{place}/s", "acceleration": f"{place}/s^2",
-        "time": "s", "pressure": "hPa", "humidity": "%",
+        "time": "s", "pressure": "hPa", "humidity": "%", **dict.fromkeys(PHASES, place),
     }  # fmt: skip
     return "degC" if name.startswith("temperature") else known.get(name, "")
 

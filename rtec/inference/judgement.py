@@ -52,6 +52,7 @@ from rtec.inference.finding import OFFSET, Finding, approximated, in_order, offs
 from rtec.inference.fit import residual_of
 from rtec.inference.forms import forms_of
 from rtec.inference.gate import IN_DOUBT, generic
+from rtec.inference.learned import learned_curve
 from rtec.inference.leftover import unknown_structure
 from rtec.inference.noise import noise_floor
 from rtec.inference.probes import Probe
@@ -116,10 +117,9 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     aliases = search.exchanges.aliases(model, EQUAL)
+    verdict = _verdict(unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful)
     return Diagnosis(
-        verdict=_verdict(
-            unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful
-        ),
+        verdict=verdict,
         dataset=dataset,
         heldout=found.heldout,
         start=found.begun,
@@ -149,6 +149,7 @@ def judged(found: Finding) -> Diagnosis:
         | {c.effect: c.probability for c in absent if c.probability > 0.0}
         | ({OFFSET.name: 1.0 - found.offset.p} if found.offset is not None else {}),
         outliers=found.outliers,
+        curve=learned_curve(found) if found.searched and verdict is Verdict.UNKNOWN else None,
         unseen_periods=unseen_periods(dataset.coordinates),
     )
 

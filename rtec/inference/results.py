@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Floats
+from rtec.effects.curve import CurveShape
 from rtec.effects.experiments import Ask
 from rtec.inference.model import Model
 
@@ -121,6 +122,30 @@ class Unknown:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LearnedCurve:
+    """A curve that explains what no effect does."""
+
+    shape: CurveShape
+    model: Model
+    """The effects found, and the curve."""
+    rms: float
+    rms_heldout: float
+    """Of what is left with it, in the observed unit inside."""
+    ways: tuple[int, ...]
+    """+1 and -1 of a curve for each direction, 0 of one for both."""
+    at: Floats
+    """Places along the quantity, shape (places,), in its unit inside."""
+    across: Floats
+    """Places along the second one, shape (few,); of a curve over one quantity a single 0."""
+    values: Floats
+    """Shape (ways, few, places), the mean taken out, in the observed unit inside."""
+    errors: Floats
+    """Standard errors of the same."""
+    descriptions: tuple[str, ...]
+    """Functions that stay within the band, the simplest first: what it is like, and no names."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Cosines:
     """How alike the effects look on this plan, after projection off a constant: a symmetric matrix."""
 
@@ -188,6 +213,8 @@ class Diagnosis:
     """Accepted effects whose form is only nearly right."""
     suspected: tuple[str, ...] = ()
     """Effects that may well be there, and that these data cannot bear out."""
+    curve: LearnedCurve | None = None
+    """What is left as a curve, where no effect explains it."""
     unseen_periods: tuple[str, ...] = ()
     """Periods that these targets cannot show."""
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rtec.dataset.dataset import warnings_of
 from rtec.inference.collinear import collinear_pairs, nested
 from rtec.inference.fit import values_of
-from rtec.inference.results import Candidate, Diagnosis, Step, Unknown, Value
+from rtec.inference.results import Candidate, Diagnosis, LearnedCurve, Step, Unknown, Value
 from rtec.io import strict
 from rtec.report.diagnosis.quantities import Shown, shown_of, unit_suffix
 
@@ -42,6 +42,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "approximate": list(diagnosis.approximate),
         "unseen_periods": list(diagnosis.unseen_periods),
         "unknown": _unknown(diagnosis.unknown, diagnosis.dataset.units.position),
+        "curve": _curve(diagnosis.curve, shown),
         "suggested_experiment": diagnosis.experiment.text,
         "lack_of_fit": dict(diagnosis.lack_of_fit),
         "look_alikes": [
@@ -161,6 +162,26 @@ def _candidate(candidate: Candidate, shown: Shown) -> dict[str, Any]:
         **_in_unit(shown, candidate, "predicted_rms", "achieved_rms"),
         "params": parameters_document(candidate.params),
         "tied_with": list(candidate.tied_with),
+    }
+
+
+def _curve(curve: LearnedCurve | None, shown: Shown) -> dict[str, Any] | None:
+    """Return a learned curve: what it is over, what it leaves, what it is like, and its values with standard errors."""
+    if curve is None:
+        return None
+    shape = curve.shape
+    return {
+        "over": shape.over,
+        "across": shape.across or None,
+        "by_direction": shape.by_direction,
+        "rms": shown.number(curve.rms),
+        "rms_heldout": shown.number(curve.rms_heldout),
+        "descriptions": list(curve.descriptions),
+        "at": curve.at.tolist(),
+        "at_across": curve.across.tolist() if shape.across else None,
+        "directions": list(curve.ways),
+        "values": (curve.values * shown.factor).tolist(),
+        "errors": (curve.errors * shown.factor).tolist(),
     }
 
 

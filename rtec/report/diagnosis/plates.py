@@ -6,6 +6,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis, NoiseFloor
 from rtec.report.diagnosis.effect_panels import effect_panels
+from rtec.report.diagnosis.figures_curve import curve_figure
 from rtec.report.diagnosis.figures_effects import components_figure
 from rtec.report.diagnosis.figures_measured import measured_figure
 from rtec.report.diagnosis.figures_model import cosines_figure, experiment_figure
@@ -24,7 +25,7 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     Returns
     -------
     list
-        ``measured``, ``staircase``, ``components``, ``candidates``, ``residual``, ``spectra``, ``cosines`` and
+        ``measured``, ``staircase``, ``components``, ``candidates``, ``curve``, ``residual``, ``spectra``, ``cosines`` and
         ``experiment``, those that there is something to show for.
     """
     return drawn(diagnosis_plates(diagnosis))
@@ -54,6 +55,14 @@ def diagnosis_plates(diagnosis: Diagnosis) -> list[Plate]:
             "which the effect was judged to the one that was promised without fitting the rest again, the lower "
             "one to what was reached when it was added and everything refitted. The scale is logarithmic.",
             lambda: candidates_figure(d),
+        ),
+        Plate(
+            "curve",
+            "What is left, as a curve",
+            "The readings less all effects (dots), and a smooth curve that was learned from them, with a band of two "
+            "standard errors. It is a description and no name: an effect of the library that did this would have been "
+            "found. Of a curve over two quantities three cuts are drawn.",
+            lambda: curve_figure(d.dataset, d.curve),
         ),
         residual,
         spectra,

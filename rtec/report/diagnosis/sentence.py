@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rtec.inference.collinear import tied_groups
 from rtec.inference.completeness import ENOUGH
 from rtec.inference.model import Term
-from rtec.inference.results import Diagnosis, NoiseFloor, Unknown, Verdict
+from rtec.inference.results import LearnedCurve, Diagnosis, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
@@ -193,7 +193,18 @@ def _unknown(diagnosis: Diagnosis, shown: Shown) -> str:
     return (
         f"Structure is left{before} that repeats and that {explained}"
         f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} "
-        f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}."
+        f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}.{curve_words(diagnosis.curve, shown)}"
+    )
+
+
+def curve_words(curve: LearnedCurve | None, shown: Shown) -> str:
+    """Return what a learned curve leaves and is like, as sentences behind the verdict's."""
+    if curve is None:
+        return ""
+    like = f" It is like {curve.descriptions[0]}, which is a description and no name." if curve.descriptions else ""
+    return (
+        f" A learned curve {printable(curve.shape.said_of_it)} leaves {shown.with_unit(curve.rms)} RMS "
+        f"(held out {shown.with_unit(curve.rms_heldout)}).{like}"
     )
 
 

@@ -1,0 +1,393 @@
+"""A curve over what is left, where nothing has a name for it: which quantity it is over, how sure, and what it is like.
+
+A learned curve is no name. It competes by the same evidence as effects do, and has to lower the error held out.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtec.dataset.dataset import Dataset
+from rtec.effects import Floats, Shape
+from rtec.effects.conditions import Conditions
+from rtec.effects.curve import Curve, CurveShape, curve_columns
+from rtec.effects.protocol import own_shape
+from rtec.effects.quantities import quantity_of, unit_of
+from rtec.inference.answer import EQUAL
+from rtec.inference.chessboard import board_of, gain_between, held_out_residual
+from rtec.inference.finding import Finding
+from rtec.inference.model import Model, Term
+from rtec.inference.probes import Probe, is_index
+from rtec.inference.results import LearnedCurve
+from rtec.inference.rules import WORTH
+from rtec.inference.scored import Judge, Scored
+from rtec.inference.space import Choice
+from rtec.readable import quantity_text
+from rtec.units import symbol
+
+_CLOSER = 8
+"""Curves that are scored with a noise of their own, of all that are looked at under the noise of the model before."""
+_INSIDE = 1e-6
+"""Share of an effect that a curve may miss where it can say all that the effect does."""
+_PROMISING, _FEW = 4, 3
+"""Curves of which all nodes are tried, and of how many nodes each is looked at first."""
+_PAIRED = ("position", "time", "velocity", "since_reversal", "load")
+_MOST_HEAT = 3
+PLACES = 161
+"""Of a curve, at which it is drawn and described."""
+BAND = 2.0
+"""Standard errors to either side."""
+WITHIN = 0.95
+"""Share of the places at which a description has to stay within the band."""
+_MOST_DESCRIPTIONS = 3
+
+
+def learned_curve(found: Finding) -> LearnedCurve | None:
+    """Return the curve that lowers what is left most, beside the effects found; None where no curve earns its place.
+
+    Notes
+    -----
+    A curve takes the place of a map over the same quantity. It is worth five nats like an effect, its quantity and
+    nodes paid for, and lowers the error held out by blocks.
+    """
+    judge, dataset = Judge(found.scout.space), found.scout.space.dataset
+    begun = [c for c in found.scouted.choices if not isinstance(c[0], Probe) and c[0].name != Curve.name]
+    before = judge.score(begun)
+    few = {curve: _looked(judge, before, found.search.given, curve, coarse=True) for curve in curves_for(dataset)}
+    promising = sorted((curve for curve in few if few[curve]), key=lambda curve: -few[curve][0][0])[:_PROMISING]
+    looked = [one for curve in promising for one in _looked(judge, before, found.search.given, curve)]
+    looked.sort(key=lambda item: -item[0])
+    board = board_of(dataset)
+    for best in sorted((judge.score(choices, before) for _, choices in looked[:_CLOSER]), key=_score, reverse=True):
+        rest = judge.score([c for c in best.choices if c[0].name != Curve.name])
+        if best.score < max(rest.score + WORTH, before.score - EQUAL):  # where it stands for a map it may do as well
+            continue
+        held = [held_out_residual(judge, one, board) for one in (rest, best)]
+        if gain_between(judge, held[0], held[1], best, board).gain > 0.0:
+            return _as_people_get_it(found, best)
+    return None
+
+
+def _looked(
+    judge: Judge, before: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
+) -> list[tuple[float, list[Choice]]]:
+    """Return scores under the noise of the model before and models with a curve, best first; ``coarse``: a few of them."""
+    beside = [c for c in before.choices if c in given or not _same_map(c, curve)]
+    shapes = curve.shapes(judge.space.dataset.conditions)
+    found = []
+    for shape in shapes[:: max(1, len(shapes) // _FEW)] if coarse else shapes:
+        choices: list[Choice] = [*beside, (curve, shape)]
+        found.append((judge.quickly(choices, before), choices))
+    return sorted(found, key=lambda item: -item[0])
+
+
+def curves_for(dataset: Dataset) -> list[Curve]:
+    """Return the curves that data could show: over each quantity, each by direction, and over two.
+
+    Examples
+    --------
+    >>> from rtec.dataset.load import load_dataset
+    >>> from rtec.metrology import measurement_of_columns
+    >>> x = [0.0, 1, 2, 3, 4, 5, 6, 7, 8, 9] * 2
+    >>> data = load_dataset(measurement_of_columns({"target_mm": x, "deviation_um": range(20)}))
+    >>> [curve.text for curve in curves_for(data)]
+    ['position']
+    """
+    c = dataset.conditions
+    heat = list(c.temperatures)[:_MOST_HEAT]
+    others = [name for name, values in c.others.items() if not is_index(values, c)]
+    single = [name for name in ("position", "time", "velocity", "acceleration", "load", "pressure", "humidity")
+              if quantity_of(c, name) is not None]  # fmt: skip
+    single += [*heat, *others, *_phases(c)]
+    texts = [*single, *(f"{name}*direction" for name in ("position", "since_reversal", "time", *_phases(c), *heat))]
+    paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
+    for one, two in itertools.combinations(paired, 2):
+        texts += [f"{one}*{two}", f"{one}*{two}*direction"]
+    texts += [f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None]
+    curves = [Curve(text) for text in dict.fromkeys(texts)]
+    return [curve for curve in curves if curve.untestable(c) is None]
+
+
+def _phases(c: Conditions) -> list[str]:
+    return [name for name in ("phase_of_pitch", "phase_of_signal", "phase_of_turn") if quantity_of(c, name) is not None]
+
+
+def _same_map(choice: Choice, curve: Curve) -> bool:
+    """Return whether an effect is a smooth map over what a curve is over."""
+    return choice[0].is_map and "position" in curve.quantities and (
+        curve.by_direction or choice[0].name != "backlash_map"
+    )  # fmt: skip
+
+
+def _score(model: Scored) -> float:
+    return model.score
+
+
+def _as_people_get_it(found: Finding, best: Scored) -> LearnedCurve:
+    """Return a curve fitted to all rows, with what it says."""
+    search = found.search
+    judge = Judge(search.space)
+    model = judge.score(best.choices, best)
+    fitted = without_what_effects_hold(found.dataset, found.fitted(model))
+    term = next(t for t in fitted.terms if t.name == Curve.name)
+    shape = own_shape(term.shape or Shape(), CurveShape)
+    at, across, values, errors = curve_values(term, judge.space.dataset.conditions)
+    ways = (1, -1) if shape.by_direction else (0,)
+    unit, factor = found.dataset.units.shown
+    weights = _crowding(judge.space.dataset.conditions, shape, at)
+    said: list[str] = []
+    if not shape.across:
+        for k, way in enumerate(ways):
+            name = {1: "forward: ", -1: "backward: ", 0: ""}[way]
+            place = unit_of(judge.space.dataset.conditions, shape.over)
+            said += [name + text for text in
+                     descriptions(at, values[k, 0] * factor, errors[k, 0] * factor, weights, (place, unit))]  # fmt: skip
+    return LearnedCurve(
+        shape=shape,
+        model=fitted,
+        rms=found.dataset.rms(judge.left(model)),
+        rms_heldout=found.dataset.rms(held_out_residual(judge, model, board_of(found.dataset)))
+        if found.heldout is None
+        else found.rms_heldout(model),
+        ways=ways,
+        at=at,
+        across=across,
+        values=values,
+        errors=errors,
+        descriptions=tuple(said),
+    )
+
+
+def without_what_effects_hold(dataset: Dataset, model: Model) -> Model:
+    """Return the same model with a curve that holds nothing of what an effect beside it can say.
+
+    A curve over speed can say all that a viscous friction does: a fit splits the two at will. What can be the effect's
+    is the effect's.
+    """
+    k = next(i for i, term in enumerate(model.terms) if term.name == Curve.name)
+    curve = model.terms[k]
+    table = dataset.columns(curve.effect, curve.shape or Shape())
+    ones = np.ones((dataset.rows, 1))
+    whole = np.hstack([table, ones])
+    terms, held = list(model.terms), []
+    for i, term in enumerate(model.terms):
+        if i != k and term.shape is not None:
+            columns = dataset.columns(term.effect, term.shape)
+            inside = np.linalg.lstsq(whole, columns, rcond=1e-9)[0]
+            left = columns - whole @ inside
+            if float((left**2).sum()) < _INSIDE * float(((columns - columns.mean(axis=0)) ** 2).sum()):
+                held.append((i, columns, inside[:-1]))
+    if not held:
+        return model
+    columns = np.hstack([one for _, one, _ in held])
+    inside = np.hstack([one for _, _, one in held])
+    amplitudes = np.asarray(curve.amplitudes)
+    share = np.linalg.lstsq(np.hstack([columns, ones]), table, rcond=1e-9)[0][:-1]
+    kept = np.eye(table.shape[1]) - inside @ share
+    covariance = None
+    if curve.covariance is not None:
+        covariance = tuple(map(tuple, (kept @ np.asarray(curve.covariance) @ kept.T).tolist()))
+    errors = None if covariance is None else tuple(math.sqrt(max(covariance[j][j], 0.0)) for j in range(len(covariance)))
+    terms[k] = replace(curve, amplitudes=tuple((kept @ amplitudes).tolist()), covariance=covariance, errors=errors)
+    given, moved = 0, share @ amplitudes
+    for i, one, _ in held:
+        own = moved[given : given + one.shape[1]]
+        given += one.shape[1]
+        terms[i] = replace(terms[i], amplitudes=tuple((np.asarray(terms[i].amplitudes) + own).tolist()), errors=None,
+                           covariance=None)  # fmt: skip
+    changed = model.with_terms(terms)
+    shift = float(np.mean(model.predict(dataset) - changed.predict(dataset)))
+    return replace(changed, datum=changed.datum + shift) if abs(shift) > 0.0 else changed
+
+
+def curve_values(term: Term, conditions: Conditions) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return places along both quantities of a fitted curve, its values there and their standard errors.
+
+    Shapes (places,), (few,), (ways, few, places) twice; the mean over the places is taken out.
+    """
+    shape = own_shape(term.shape or Shape(), CurveShape)
+    at = np.linspace(shape.nodes[0], shape.nodes[-1], PLACES)
+    across = np.linspace(*shape.nodes_across[:: len(shape.nodes_across) - 1], 3) if shape.across else np.zeros(1)
+    amplitudes = np.asarray(term.amplitudes or ())
+    covariance = np.asarray(term.covariance) if term.covariance is not None else np.zeros((amplitudes.size,) * 2)
+    ways = (1.0, -1.0) if shape.by_direction else (0.0,)
+    values, errors = [], []
+    for way in ways:
+        for place in across:
+            columns = curve_columns(shape, at, np.full(PLACES, place), np.full(PLACES, way))
+            columns = columns - columns.mean(axis=0) if not shape.across else columns
+            values.append(columns @ amplitudes)
+            errors.append(np.sqrt(np.maximum(np.einsum("ik,kl,il->i", columns, covariance, columns), 0.0)))
+    size = len(ways), across.size, PLACES
+    return at, across, np.array(values).reshape(size), np.array(errors).reshape(size)
+
+
+def _crowding(conditions: Conditions, shape: CurveShape, at: Floats) -> Floats:
+    """Return the share of the readings near each place of a curve, shape (places,)."""
+    values = quantity_of(conditions, shape.over)
+    if values is None:
+        return np.full(at.size, 1.0 / at.size)
+    nearest = np.clip(np.searchsorted((at[1:] + at[:-1]) / 2.0, values), 0, at.size - 1)
+    found = np.bincount(nearest, minlength=at.size).astype(np.float64)
+    spread = np.convolve(found, np.ones(9) / 9.0, mode="same")
+    return spread / spread.sum()
+
+
+# what a curve is like
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """A family of functions by which curves are described."""
+
+    function: Callable[..., Floats]
+    starts: Callable[[Floats, Floats], Iterator[list[float]]]
+    words: Callable[[Sequence[float], str, str], str]
+
+
+def descriptions(
+    at: Floats, values: Floats, errors: Floats, weights: Floats, units: tuple[str, str]
+) -> tuple[str, ...]:
+    """Return which functions stay within the band of a curve, in words, the simplest first.
+
+    Parameters
+    ----------
+    at, values, errors, weights
+        Places, the curve and its standard errors there, and how much each place counts; shape (places,).
+    units
+        Of places and values.
+
+    Examples
+    --------
+    >>> x = np.linspace(0.0, 100.0, 101)
+    >>> bump = 5.0 * np.exp(-(((x - 40.0) / 10.0) ** 2))
+    >>> descriptions(x, bump, np.full(101, 0.1), np.full(101, 1 / 101), ("mm", "um"))
+    ('a bump of 5.0 µm at 40 mm, half as high 8.3 mm away',)
+    """
+    from scipy.optimize import least_squares  # noqa: PLC0415 - 0.1 s, for curves only
+
+    band = BAND * np.maximum(errors, max(1e-3 * float(np.ptp(values)), 1e-300))
+    span, count = float(np.ptp(at)), weights * weights.size
+    u = (at - at[0]) / span
+
+    def off(curve: Floats) -> Floats:
+        left = curve - values
+        found: Floats = (left - np.average(left, weights=weights)) / band
+        return np.nan_to_num(found, nan=1e6, posinf=1e6, neginf=-1e6)
+
+    found: list[str] = []
+    zero = -float(at[0]) / span
+    odd = [_odd(zero)] if 0.1 < zero < 0.9 else []
+    for form in (*_FORMS[:_CURVED], *odd, *_FORMS[_CURVED:], *map(sloping, (*odd, *_FORMS[_CURVED:]))):
+        best = None
+        for start in form.starts(u, values):
+            with np.errstate(all="ignore"):
+                fit = least_squares(lambda p, f=form: off(f.function(u, *p)) * np.sqrt(count), start, max_nfev=200)
+            best = fit if best is None or fit.cost < best.cost else best
+        if best is not None and float(weights[np.abs(off(form.function(u, *best.x))) <= 1.0].sum()) >= WITHIN:
+            found.append(form.words([*map(float, best.x), float(at[0]), span], *units))
+        if len(found) == _MOST_DESCRIPTIONS:
+            break
+    return tuple(found)
+
+
+def _odd(zero: float) -> _Form:
+    """Return powers of the distance from zero that change their sign there, which lies at a share of the span."""
+
+    def odd(u: Floats, a: float, k: float) -> Floats:
+        found: Floats = a * np.sign(u - zero) * np.abs(u - zero) ** np.clip(k, 0.05, 20.0)
+        return found
+
+    return _Form(
+        odd,
+        lambda u, v: _grid(a=_size(v), k=[0.5, 2.0, 3.0]),
+        lambda p, x, y: f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from zero, of either sign: "
+        f"{_of(p[0] * (1.0 - zero) ** min(max(p[1], 0.05), 20.0), y)} at {_of(p[2] + p[3], x)}",
+    )
+
+
+def sloping(form: _Form) -> _Form:
+    """Return a form on a slope."""
+
+    def words(p: Sequence[float], x: str, y: str) -> str:
+        return f"{form.words(p[1:], x, y)}, on a slope of {_of(p[0], y)} over {_of(p[-1], x)}"
+
+    return _Form(
+        lambda u, slope, *p: slope * u + form.function(u, *p),
+        lambda u, v: ([float(v[-1] - v[0]), *start] for start in form.starts(u, v)),
+        words,
+    )
+
+
+def _of(value: float, unit: str) -> str:
+    return quantity_text(value, symbol(unit) if unit else "", digits=2).strip()
+
+
+def _grid(**several: Sequence[float]) -> Iterator[list[float]]:
+    for values in itertools.product(*several.values()):
+        yield list(values)
+
+
+def _size(v: Floats) -> list[float]:
+    return [float(np.ptp(v)), -float(np.ptp(v))]
+
+
+_FORMS = (
+    _Form(
+        lambda u, a: a * u,
+        lambda u, v: _grid(a=_size(v)),
+        lambda p, x, y: f"a straight line: {_of(p[0], y)} over {_of(p[2], x)}",
+    ),
+    _Form(
+        lambda u, a, m: a * (u - m) ** 2,
+        lambda u, v: _grid(a=_size(v), m=[0.2, 0.5, 0.8]),
+        lambda p, x, y: f"a parabola about {_of(p[2] + p[1] * p[3], x)}: {_of(p[0] / 4.0, y)} at half the span from it",
+    ),
+    _Form(
+        lambda u, a, k: a * np.abs(u) ** np.clip(k, 0.05, 20.0),
+        lambda u, v: _grid(a=_size(v), k=[0.5, 1.5, 3.0]),
+        lambda p, x, y: f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from {_of(p[2], x)}: "
+        f"{_of(p[0], y)} at the end",
+    ),
+    _Form(
+        lambda u, a, k: a * np.exp(-u / np.maximum(np.abs(k), 1e-3)),
+        lambda u, v: _grid(a=_size(v), k=[0.03, 0.1, 0.3, 1.0]),
+        lambda p, x, y: f"{_of(p[0], y)} that decays over {_of(max(abs(p[1]), 1e-3) * p[3], x)}, exponentially",
+    ),
+    _Form(
+        lambda u, a, k: a * u / (u + np.maximum(np.abs(k), 1e-3)),
+        lambda u, v: _grid(a=_size(v), k=[0.05, 0.3, 1.0]),
+        lambda p, x, y: f"a saturation towards {_of(p[0], y)}, half of it {_of(max(abs(p[1]), 1e-3) * p[3], x)} on",
+    ),
+    _Form(
+        lambda u, a, b, f: a * np.sin(2 * np.pi * f * u) + b * np.cos(2 * np.pi * f * u),
+        lambda u, v: _grid(a=[float(np.std(v))], b=[0.1 * float(np.std(v))], f=[0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]),
+        lambda p, x, y: f"a wave of {_of(math.hypot(p[0], p[1]), y)} with a period of {_of(p[4] / abs(p[2]), x)}",
+    ),
+    _Form(
+        lambda u, a, m, w: a * np.exp(-(((u - m) / np.maximum(np.abs(w), 1e-3)) ** 2)),
+        lambda u, v: _grid(a=_size(v), m=[float(u[np.argmax(v)]), float(u[np.argmin(v)])], w=[0.03, 0.1, 0.3]),
+        lambda p, x, y: f"a bump of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, half as high "
+        f"{_of(math.sqrt(math.log(2.0)) * max(abs(p[2]), 1e-3) * p[4], x)} away",
+    ),
+    _Form(
+        lambda u, a, m, w: a * np.tanh((u - m) / np.maximum(np.abs(w), 1e-3)) / 2.0,
+        lambda u, v: _grid(a=_size(v), m=[0.25, 0.5, 0.75], w=[0.02, 0.1]),
+        lambda p, x, y: f"a step of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, over "
+        f"{_of(2.0 * max(abs(p[2]), 1e-3) * p[4], x)}",
+    ),
+    _Form(
+        lambda u, a, b, f, k: np.exp(-np.abs(k) * u) * (a * np.sin(2 * np.pi * f * u) + b * np.cos(2 * np.pi * f * u)),
+        lambda u, v: _grid(a=[float(np.std(v))], b=[float(np.std(v))], f=[1.0, 2.0, 4.0], k=[1.0, 4.0]),
+        lambda p, x, y: f"a wave of {_of(math.hypot(p[0], p[1]), y)} that dies away over "
+        f"{_of(p[5] / max(abs(p[3]), 1e-9), x)}, with a period of {_of(p[5] / abs(p[2]), x)}",
+    ),
+)
+"""The simplest first; each takes shares of the span, and says its numbers with the begin and the length of that."""
+_CURVED = 5
+"""Forms before the first that a slope is no part of."""
