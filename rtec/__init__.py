@@ -49,7 +49,12 @@ __all__ = [
     "train",
 ]
 
-_FROM = {"Effect": "rtec.effects", "Within": "rtec.effects.own", "effect": "rtec.effects.own", "RtecError": "rtec.errors"}
+_FROM = {
+    "Effect": "rtec.effects",
+    "Within": "rtec.effects.own",
+    "effect": "rtec.effects.own",
+    "RtecError": "rtec.errors",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -32,7 +32,7 @@ def effects(
     """List the physical effects that are known, show the card of one, or check those that you wrote.
 
     A check runs the functions on the readings of a plan: are they finite, how long does a call take, which effects of
-    the library look alike there, and how small an amplitude would be found? Exits with 1 where the plan cannot show one.
+    the library look alike there, and how small an amplitude would be found? Exits with 1 where the plan shows none.
 
     Example: rtec effects backlash
     Example: rtec effects thermal_growth --json
@@ -83,10 +83,7 @@ def _document(effect: Effect) -> dict[str, Any]:
 
 def _parameters(effect: Effect, units: Any) -> list[dict[str, str]]:
     items = fields(effect.shape_type)
-    found = [
-        {"name": item.name, "unit": units.of(item), "meaning": str(item.metadata["meaning"])}
-        for item in items
-    ]
+    found = [{"name": item.name, "unit": units.of(item), "meaning": str(item.metadata["meaning"])} for item in items]
     amplitudes = effect.amplitudes(effect.shape_type(), units)
     for amplitude in amplitudes:
         found.append({"name": amplitude.name, "unit": amplitude.unit, "meaning": "amplitude"})
@@ -187,6 +184,8 @@ def _check_words(one: EffectCheck, unit: str, factor: float) -> str:
         lines.append(f"  found from an amplitude of {usual} on{unfavourable}")
     if one.same is not None:
         lines.append(f"  on this plan it equals {one.same}: no reading tells the two apart")
-    others = [f"{a.effect} (cosine {a.cosine:.3f}, at most {a.most:.3f})" for a in one.alike[:5] if a.effect != one.same]
+    others = [
+        f"{a.effect} (cosine {a.cosine:.3f}, at most {a.most:.3f})" for a in one.alike[:5] if a.effect != one.same
+    ]
     lines.append(f"  looks like {', '.join(others)}" if others else "  looks like no other effect")
     return "\n".join(lines)

@@ -101,9 +101,7 @@ def pc(
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
     _live.check_dbc(dbc)
     numbers = _live.axes_of(axis, axes)
-    predictors, home_mm = _predictors(
-        numbers, table, table_unit, models or [], effects, home_mm, travel_mm, cautious
-    )
+    predictors, home_mm = _predictors(numbers, table, table_unit, models or [], effects, home_mm, travel_mm, cautious)
     supervision = SupervisionLimits(
         cycle_ps=cycle_ps,
         watchdog_ps=5 * cycle_ps if watchdog_ps is None else watchdog_ps,
@@ -207,7 +205,9 @@ def _of_models(
     library = library_of_file(effects)
     found: dict[int, Predictor] = {}
     for path in models:
-        predictor, left_out = predictor_of_file(path, home_mm, home_mm + travel_mm, cautious=cautious, library=library)
+        predictor, left_out = predictor_of_file(
+            path, home_mm, home_mm + travel_mm, cautious=cautious, library=library
+        )
         for effect in left_out:
             note(f"warning: {effect.effect} is left out: {effect.why}")
         axis = axis_of_file(path)

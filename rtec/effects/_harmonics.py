@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
@@ -31,7 +30,7 @@ class WavesShape(Shape):
 class Waves(Effect):
     """Base of the effects that are a Fourier series in position."""
 
-    shape_type: ClassVar[type[WavesShape]] = WavesShape
+    shape_type: type[WavesShape] = WavesShape
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return sine and cosine of each harmonic, shape (rows, 2 harmonics)."""

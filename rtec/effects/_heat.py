@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -107,7 +107,7 @@ class FollowsHeat(Effect):
 
     over = Over.TEMPERATURE
     in_time = True
-    shape_type: ClassVar[type[HeatShape]]
+    shape_type: type[HeatShape]
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
         """Return the sensors whose temperature changes."""

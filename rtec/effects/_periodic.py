@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +38,7 @@ UNIFORM = 1e-9
 class Periodic(Effect):
     """Base of the effects that are periodic in position with a period that has to be found."""
 
-    shape_type: ClassVar[type[WavesShape]] = WavesShape
+    shape_type: type[WavesShape] = WavesShape
     is_wave = True
 
     def untestable(self, conditions: Conditions) -> str | None:

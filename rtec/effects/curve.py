@@ -1,4 +1,4 @@
-"""A smooth curve over whatever an error depends on: no physics and no name, what is learned where nothing else fits."""
+"""A smooth curve over whatever an error depends on: no physics and no name, learned where nothing else fits."""
 
 from __future__ import annotations
 
@@ -120,7 +120,9 @@ class Curve(Effect):
         if len(self.quantities) == 1:
             (over,) = self.quantities
             counts = [n for n in _COUNTS if n <= most[0] and n <= each]
-            return [CurveShape(over, by_direction=self.by_direction, nodes=_nodes(conditions, over, n)) for n in counts]
+            return [
+                CurveShape(over, by_direction=self.by_direction, nodes=_nodes(conditions, over, n)) for n in counts
+            ]
         over, across = self.quantities
         grids = {(min(a, most[0]), min(b, most[1])) for a, b in _GRIDS}
         return [

@@ -13,8 +13,7 @@ from rtec.effects.backlash_map import BacklashMap
 from rtec.effects.cogging import Cogging
 from rtec.effects.cosine import Cosine
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.curve import PREFIX as CURVE
-from rtec.effects.curve import Curve
+from rtec.effects.curve import PREFIX as CURVE, Curve
 from rtec.effects.cyclic import Cyclic
 from rtec.effects.dead_path import DeadPath
 from rtec.effects.drift import Drift
@@ -79,10 +78,10 @@ class Library:
 
         Examples
         --------
-        >>> LIBRARY.named("viscos")
+        >>> LIBRARY.named("viscos")  # doctest: +ELLIPSIS
         Traceback (most recent call last):
         ...
-        rtec.errors.ArgumentError: effect: 'viscos' is not an effect; use a name of the library; did you mean 'viscous'?
+        rtec.errors.ArgumentError: effect: 'viscos' is not an effect; ... did you mean 'viscous'?
         """
         if name in self:
             return self._by_name[name]
@@ -112,7 +111,9 @@ class Library:
         for effect in own:
             if effect in found:
                 continue
-            if effect.name in (*CAPTURE_EFFECTS, CURVE) or effect.name in {one.name for one in (*self.effects, *found)}:
+            if effect.name in (*CAPTURE_EFFECTS, CURVE) or effect.name in {
+                one.name for one in (*self.effects, *found)
+            }:
                 whose = "comes with rtec" if effect.name in {one.name for one in self.effects} else "is there already"
                 allowed = "a name of its own"
                 raise ArgumentError("effect", effect.name, allowed, problem=f"has the name of an effect that {whose}")
@@ -120,42 +121,44 @@ class Library:
         return Library(self.effects, tuple(found)) if len(found) > len(self.own) else self
 
 
-LIBRARY = Library((
-    Offset(),
-    Scale(),
-    PitchMap(),
-    Cyclic(),
-    Backlash(),
-    BacklashMap(),
-    Windup(),
-    ReversalSpike(),
-    Hysteresis(),
-    ThermalGrowth(),
-    ThermalShift(),
-    WarmUp(),
-    WarmUpGrowth(),
-    RunOffset(),
-    Refraction(),
-    DeadPath(),
-    Drift(),
-    ServoLag(),
-    AccelerationLag(),
-    Interpolation(),
-    Eccentricity(),
-    LostCounts(),
-    Quantisation(),
-    Cosine(),
-    Inertia(),
-    Viscous(),
-    Coulomb(),
-    AsymmetricFriction(),
-    Stribeck(),
-    ForceOffset(),
-    Cogging(),
-    Gravity(),
-    ForceMap(),
-    LoadFriction(),
-))
+LIBRARY = Library(
+    (
+        Offset(),
+        Scale(),
+        PitchMap(),
+        Cyclic(),
+        Backlash(),
+        BacklashMap(),
+        Windup(),
+        ReversalSpike(),
+        Hysteresis(),
+        ThermalGrowth(),
+        ThermalShift(),
+        WarmUp(),
+        WarmUpGrowth(),
+        RunOffset(),
+        Refraction(),
+        DeadPath(),
+        Drift(),
+        ServoLag(),
+        AccelerationLag(),
+        Interpolation(),
+        Eccentricity(),
+        LostCounts(),
+        Quantisation(),
+        Cosine(),
+        Inertia(),
+        Viscous(),
+        Coulomb(),
+        AsymmetricFriction(),
+        Stribeck(),
+        ForceOffset(),
+        Cogging(),
+        Gravity(),
+        ForceMap(),
+        LoadFriction(),
+    )
+)
 """One of each effect: those of the position's deviation, then those of a drive."""
 
 CAPTURE_EFFECTS = ("phase_error", "duty_error", "jitter", "glitch", "bounce", "missed_edge", "skew")

@@ -11,7 +11,6 @@ import inspect
 import itertools
 import math
 import re
-import sys
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, make_dataclass
@@ -87,10 +86,12 @@ class FunctionEffect(Effect):
 
     observable: Observable | None = None
 
-    def __init__(self, function: Callable[..., Any], over: str | None, name: str | None, *, not_negative: bool) -> None:
+    def __init__(
+        self, function: Callable[..., Any], over: str | None, name: str | None, *, not_negative: bool
+    ) -> None:
         """Read the function's signature."""
         self.function = function
-        self.name = _checked_name(name or getattr(function, "__name__", ""))
+        self.name = _checked_name(str(name or getattr(function, "__name__", "")))
         self.not_negative = not_negative
         self.quantities, bounds = _signature(function, self.name)
         self.bounds: Mapping[str, Within] = MappingProxyType(bounds)
@@ -133,7 +134,7 @@ class FunctionEffect(Effect):
         return None
 
     def shapes(self, conditions: Conditions) -> Sequence[Shape]:
-        """Return shapes so close together that neighbours look alike on these readings, those without effect left out.
+        """Return shapes of which neighbours look alike on these readings, without those that add nothing.
 
         Notes
         -----
@@ -169,12 +170,16 @@ class FunctionEffect(Effect):
         except Exception as error:  # whatever somebody's function raises is told with its line
             raise self._wrong(f"{_line_of(error, self.function)}: {type(error).__name__}: {error}", said) from error
         if found.shape not in ((), (conditions.rows,)):
-            raise self._wrong(f"it returns shape {found.shape}", said, f"a number for each of {conditions.rows} readings")
+            raise self._wrong(
+                f"it returns shape {found.shape}", said, f"a number for each of {conditions.rows} readings"
+            )
         if not np.isfinite(found).all():
             raise self._wrong(f"it returns {found[~np.isfinite(found)].flat[0]}", said, "finite numbers")
         return np.broadcast_to(found, (conditions.rows,))
 
-    def _wrong(self, problem: str, said: str, allowed: str = "a function that works for every reading") -> ArgumentError:
+    def _wrong(
+        self, problem: str, said: str, allowed: str = "a function that works for every reading"
+    ) -> ArgumentError:
         return ArgumentError(f"effect {self.name}", "", allowed, problem=f"fails at {said}: {problem[:300]}")
 
     def _thinned(self, conditions: Conditions) -> Conditions:
@@ -203,8 +208,14 @@ class FunctionEffect(Effect):
         while math.prod(counts.values()) > _MOST:
             most = max(counts, key=lambda name: counts[name])
             counts[most] = max(counts[most] * 3 // 4, 2)
-        ladders = {name: np.array([_at(self.bounds[name], s) for s in np.linspace(0.0, 1.0, n)]) for name, n in counts.items()}
-        every = [self.shape_type(**dict(zip(ladders, values, strict=True))) for values in itertools.product(*ladders.values())]
+        ladders = {
+            name: np.array([_at(self.bounds[name], s) for s in np.linspace(0.0, 1.0, n)])
+            for name, n in counts.items()
+        }
+        every = [
+            self.shape_type(**dict(zip(ladders, values, strict=True)))
+            for values in itertools.product(*ladders.values())
+        ]
         seen = []
         for shape in every:
             column = self._column(thin, shape)
@@ -381,7 +392,7 @@ def _at(within: Within, share: float) -> float:
     """Return the value at a share of the way between bounds, by ratios where they span a decade."""
     low, high, _ = within.inside
     if low > 0.0 and high / low >= _GEOMETRIC:
-        return min(max(low * (high / low) ** share, low), high)
+        return min(max(float(low * (high / low) ** share), low), high)
     return low + (high - low) * share
 
 

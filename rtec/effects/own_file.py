@@ -15,7 +15,7 @@ from rtec.errors import ArgumentError
 
 
 def library_of_file(path: Path | None, *, name: str = "--effects") -> Library:
-    """Return the library with the effects of a Python file, which is run; without a file as it comes.
+    r"""Return the library with the effects of a Python file, which is run; without a file as it comes.
 
     An effect is whatever ``@rtec.effect`` made or a class derived from `Effect` that the file itself defines. What
     the file prints goes to stderr.
@@ -29,7 +29,7 @@ def library_of_file(path: Path | None, *, name: str = "--effects") -> Library:
     --------
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "mine.py"
-    >>> _ = file.write_text("import rtec\\n@rtec.effect\\ndef lean(position):\\n    return position ** 2\\n")
+    >>> _ = file.write_text("import rtec\n@rtec.effect\ndef lean(position):\n    return position ** 2\n")
     >>> [effect.name for effect in library_of_file(file).own]
     ['lean']
     """

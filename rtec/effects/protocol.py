@@ -246,7 +246,7 @@ class Effect(abc.ABC):
     data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
     """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
     asks instead."""
-    not_negative: ClassVar[bool] = False
+    not_negative: bool = False
     """Amplitudes cannot be below zero (friction, inertia)."""
     in_time: bool = False
     """Changes from repeat to repeat, so that repeats are no pure noise where it is present."""

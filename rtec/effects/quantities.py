@@ -70,7 +70,7 @@ def unit_of(conditions: Conditions, name: str) -> str:
 
 
 def is_slow(name: str) -> bool:
-    """Return whether a quantity changes from repeat to repeat: time, heat, load, or any column of no known meaning."""
+    """Return whether a quantity changes from repeat to repeat: time, heat, load, or any unknown column."""
     bare = "temperature" if name.startswith("temperature") else name
     return bare in SLOW or bare not in MEANT
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rtec.effects import Shape, Effect
+from rtec.effects import Effect, Shape
 from rtec.inference.answer import LEVEL, Rivalry, chance
 from rtec.inference.finding import Finding
 from rtec.inference.forms import forms_of
 from rtec.inference.gate import IN_DOUBT
 from rtec.inference.probes import Probe
-from rtec.inference.proposals import Beside, Proposal, beside, orthonormal, proposals
+from rtec.inference.proposals import Proposal, beside, orthonormal, proposals
 from rtec.inference.results import Candidate, Cosines, Step
 from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored

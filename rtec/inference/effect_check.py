@@ -1,4 +1,4 @@
-"""What an effect would show on a plan, before anything is searched: is it finite, how fast, what does it look like?"""
+"""What an effect would show on a plan: whether it is finite, how fast it is, and what looks like it."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ class EffectCheck:
     alike: tuple[LookAlike, ...] = ()
     """Those with a cosine of 0.8 or more, the most alike first."""
     smallest: tuple[float, float] | None = None
-    """Amplitude that would be found 95 times of 100 with the noise of this measurement, in the observed unit inside: of
-    a usual shape, and of the least favourable."""
+    """Amplitude that would be found 95 times of 100 with the noise of this measurement, in the observed unit inside:
+    of a usual shape, and of the least favourable."""
 
     @property
     def same(self) -> str | None:

@@ -117,7 +117,9 @@ def judged(found: Finding) -> Diagnosis:
         unknown = None  # where no search was made, what is left may well be an effect of the library
     doubtful = _inconclusive(found, floor, minimum, absent)
     aliases = search.exchanges.aliases(model, EQUAL)
-    verdict = _verdict(unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful)
+    verdict = _verdict(
+        unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful
+    )
     return Diagnosis(
         verdict=verdict,
         dataset=dataset,
@@ -275,7 +277,9 @@ def notes_of(found: Finding, floor: NoiseFloor) -> tuple[str, ...]:
     notes += [
         f"{name} was tried and not accepted: {why}"
         for name, why in found.search.gate.refused.items()
-        if name in found.dataset.library and name not in found.model.names and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
+        if name in found.dataset.library
+        and name not in found.model.names
+        and found.probability.get(name, 0.0) > 1.0 / np.exp(EQUAL)
     ]
     return tuple(notes)
 

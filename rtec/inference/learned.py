@@ -1,4 +1,4 @@
-"""A curve over what is left, where nothing has a name for it: which quantity it is over, how sure, and what it is like.
+"""A curve over what is left, where nothing has a name for it: over which quantity, how sure, and what it is like.
 
 A learned curve is no name. It competes by the same evidence as effects do, and has to lower the error held out.
 """
@@ -76,7 +76,7 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
 def _looked(
     judge: Judge, before: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
 ) -> list[tuple[float, list[Choice]]]:
-    """Return scores under the noise of the model before and models with a curve, best first; ``coarse``: a few of them."""
+    """Return scores under the noise of the model before, and models with a curve, best first; or a few of them."""
     beside = [c for c in before.choices if c in given or not _same_map(c, curve)]
     shapes = curve.shapes(judge.space.dataset.conditions)
     found = []
@@ -108,13 +108,17 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
         texts += [f"{one}*{two}", f"{one}*{two}*direction"]
-    texts += [f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None]
+    texts += [
+        f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None
+    ]
     curves = [Curve(text) for text in dict.fromkeys(texts)]
     return [curve for curve in curves if curve.untestable(c) is None]
 
 
 def _phases(c: Conditions) -> list[str]:
-    return [name for name in ("phase_of_pitch", "phase_of_signal", "phase_of_turn") if quantity_of(c, name) is not None]
+    return [
+        name for name in ("phase_of_pitch", "phase_of_signal", "phase_of_turn") if quantity_of(c, name) is not None
+    ]
 
 
 def _same_map(choice: Choice, curve: Curve) -> bool:
@@ -145,8 +149,8 @@ def _as_people_get_it(found: Finding, best: Scored) -> LearnedCurve:
         for k, way in enumerate(ways):
             name = {1: "forward: ", -1: "backward: ", 0: ""}[way]
             place = unit_of(judge.space.dataset.conditions, shape.over)
-            said += [name + text for text in
-                     descriptions(at, values[k, 0] * factor, errors[k, 0] * factor, weights, (place, unit))]  # fmt: skip
+            like = descriptions(at, values[k, 0] * factor, errors[k, 0] * factor, weights, (place, unit))
+            said += [name + text for text in like]
     return LearnedCurve(
         shape=shape,
         model=fitted,
@@ -166,8 +170,8 @@ def _as_people_get_it(found: Finding, best: Scored) -> LearnedCurve:
 def without_what_effects_hold(dataset: Dataset, model: Model) -> Model:
     """Return the same model with a curve that holds nothing of what an effect beside it can say.
 
-    A curve over speed can say all that a viscous friction does: a fit splits the two at will. What can be the effect's
-    is the effect's.
+    A curve over speed can say all that a viscous friction does: a fit splits the two at will. What can be the
+    effect's is the effect's.
     """
     k = next(i for i, term in enumerate(model.terms) if term.name == Curve.name)
     curve = model.terms[k]
@@ -192,7 +196,9 @@ def without_what_effects_hold(dataset: Dataset, model: Model) -> Model:
     covariance = None
     if curve.covariance is not None:
         covariance = tuple(map(tuple, (kept @ np.asarray(curve.covariance) @ kept.T).tolist()))
-    errors = None if covariance is None else tuple(math.sqrt(max(covariance[j][j], 0.0)) for j in range(len(covariance)))
+    errors = (
+        None if covariance is None else tuple(math.sqrt(max(covariance[j][j], 0.0)) for j in range(len(covariance)))
+    )
     terms[k] = replace(curve, amplitudes=tuple((kept @ amplitudes).tolist()), covariance=covariance, errors=errors)
     given, moved = 0, share @ amplitudes
     for i, one, _ in held:
@@ -212,7 +218,7 @@ def curve_values(term: Term, conditions: Conditions) -> tuple[Floats, Floats, Fl
     """
     shape = own_shape(term.shape or Shape(), CurveShape)
     at = np.linspace(shape.nodes[0], shape.nodes[-1], PLACES)
-    across = np.linspace(*shape.nodes_across[:: len(shape.nodes_across) - 1], 3) if shape.across else np.zeros(1)
+    across = np.linspace(shape.nodes_across[0], shape.nodes_across[-1], 3) if shape.across else np.zeros(1)
     amplitudes = np.asarray(term.amplitudes or ())
     covariance = np.asarray(term.covariance) if term.covariance is not None else np.zeros((amplitudes.size,) * 2)
     ways = (1.0, -1.0) if shape.by_direction else (0.0,)
@@ -235,7 +241,8 @@ def _crowding(conditions: Conditions, shape: CurveShape, at: Floats) -> Floats:
     nearest = np.clip(np.searchsorted((at[1:] + at[:-1]) / 2.0, values), 0, at.size - 1)
     found = np.bincount(nearest, minlength=at.size).astype(np.float64)
     spread = np.convolve(found, np.ones(9) / 9.0, mode="same")
-    return spread / spread.sum()
+    weights: Floats = spread / spread.sum()
+    return weights
 
 
 # what a curve is like
@@ -306,8 +313,10 @@ def _odd(zero: float) -> _Form:
     return _Form(
         odd,
         lambda u, v: _grid(a=_size(v), k=[0.5, 2.0, 3.0]),
-        lambda p, x, y: f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from zero, of either sign: "
-        f"{_of(p[0] * (1.0 - zero) ** min(max(p[1], 0.05), 20.0), y)} at {_of(p[2] + p[3], x)}",
+        lambda p, x, y: (
+            f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from zero, of either sign: "
+            f"{_of(p[0] * (1.0 - zero) ** min(max(p[1], 0.05), 20.0), y)} at {_of(p[2] + p[3], x)}"
+        ),
     )
 
 
@@ -346,13 +355,16 @@ _FORMS = (
     _Form(
         lambda u, a, m: a * (u - m) ** 2,
         lambda u, v: _grid(a=_size(v), m=[0.2, 0.5, 0.8]),
-        lambda p, x, y: f"a parabola about {_of(p[2] + p[1] * p[3], x)}: {_of(p[0] / 4.0, y)} at half the span from it",
+        lambda p, x, y: (
+            f"a parabola about {_of(p[2] + p[1] * p[3], x)}: {_of(p[0] / 4.0, y)} at half the span from it"
+        ),
     ),
     _Form(
         lambda u, a, k: a * np.abs(u) ** np.clip(k, 0.05, 20.0),
         lambda u, v: _grid(a=_size(v), k=[0.5, 1.5, 3.0]),
-        lambda p, x, y: f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from {_of(p[2], x)}: "
-        f"{_of(p[0], y)} at the end",
+        lambda p, x, y: (
+            f"a power {min(max(p[1], 0.05), 20.0):.2g} of the distance from {_of(p[2], x)}: {_of(p[0], y)} at the end"
+        ),
     ),
     _Form(
         lambda u, a, k: a * np.exp(-u / np.maximum(np.abs(k), 1e-3)),
@@ -372,20 +384,28 @@ _FORMS = (
     _Form(
         lambda u, a, m, w: a * np.exp(-(((u - m) / np.maximum(np.abs(w), 1e-3)) ** 2)),
         lambda u, v: _grid(a=_size(v), m=[float(u[np.argmax(v)]), float(u[np.argmin(v)])], w=[0.03, 0.1, 0.3]),
-        lambda p, x, y: f"a bump of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, half as high "
-        f"{_of(math.sqrt(math.log(2.0)) * max(abs(p[2]), 1e-3) * p[4], x)} away",
+        lambda p, x, y: (
+            f"a bump of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, half as high "
+            f"{_of(math.sqrt(math.log(2.0)) * max(abs(p[2]), 1e-3) * p[4], x)} away"
+        ),
     ),
     _Form(
         lambda u, a, m, w: a * np.tanh((u - m) / np.maximum(np.abs(w), 1e-3)) / 2.0,
         lambda u, v: _grid(a=_size(v), m=[0.25, 0.5, 0.75], w=[0.02, 0.1]),
-        lambda p, x, y: f"a step of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, over "
-        f"{_of(2.0 * max(abs(p[2]), 1e-3) * p[4], x)}",
+        lambda p, x, y: (
+            f"a step of {_of(p[0], y)} at {_of(p[3] + p[1] * p[4], x)}, over "
+            f"{_of(2.0 * max(abs(p[2]), 1e-3) * p[4], x)}"
+        ),
     ),
     _Form(
-        lambda u, a, b, f, k: np.exp(-np.abs(k) * u) * (a * np.sin(2 * np.pi * f * u) + b * np.cos(2 * np.pi * f * u)),
+        lambda u, a, b, f, k: (
+            np.exp(-np.abs(k) * u) * (a * np.sin(2 * np.pi * f * u) + b * np.cos(2 * np.pi * f * u))
+        ),
         lambda u, v: _grid(a=[float(np.std(v))], b=[float(np.std(v))], f=[1.0, 2.0, 4.0], k=[1.0, 4.0]),
-        lambda p, x, y: f"a wave of {_of(math.hypot(p[0], p[1]), y)} that dies away over "
-        f"{_of(p[5] / max(abs(p[3]), 1e-9), x)}, with a period of {_of(p[5] / abs(p[2]), x)}",
+        lambda p, x, y: (
+            f"a wave of {_of(math.hypot(p[0], p[1]), y)} that dies away over "
+            f"{_of(p[5] / max(abs(p[3]), 1e-9), x)}, with a period of {_of(p[5] / abs(p[2]), x)}"
+        ),
     ),
 )
 """The simplest first; each takes shares of the span, and says its numbers with the begin and the length of that."""

@@ -111,10 +111,8 @@ def read_shape(
 
 def _value(item: Parameter, value: object, units: Units, name: Callable[[str], str]) -> object:
     quantity, key = item.metadata["quantity"], name(item.name)
-    if quantity is Quantity.COUNT and _is_list(item):
-        return _numbers(key, value)
     if quantity is Quantity.COUNT:
-        return whole_within(key, value, 1, _LARGEST_COUNT)
+        return _numbers(key, value) if _is_list(item) else whole_within(key, value, 1, _LARGEST_COUNT)
     if quantity is Quantity.CHOICE:
         if not isinstance(value, bool):
             raise ArgumentError(key, repr(value)[:60], "true or false")
@@ -125,11 +123,7 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
         return value
     unit = units.of(item)
     if quantity is Quantity.NUMBER:
-        if _is_list(item):
-            return _ascending(key, _listed(key, value, "numbers that ascend, such as [0.0, 10.0]"))
-        low, high = item.metadata["low"], item.metadata["high"]
-        number = parse_in(value, unit, name=key) if unit else number_within(key, value, low, high)  # type: ignore[arg-type]
-        return number_within(key, number, low, high)
+        return _number_of(item, key, value, unit)
     if _is_list(item):
         return _places(key, value, unit)
     number = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
@@ -137,6 +131,15 @@ def _value(item: Parameter, value: object, units: Units, name: Callable[[str], s
         nothing = "0, or " if item.default == 0.0 else ""
         raise ArgumentError(key, repr(value)[:60], f"{nothing}{_SMALLEST:g} to {1.0 / _SMALLEST:g} {unit}")
     return number
+
+
+def _number_of(item: Parameter, key: str, value: object, unit: str) -> object:
+    """Return a parameter with bounds of its own, or a list of numbers that ascend."""
+    if _is_list(item):
+        return _ascending(key, _listed(key, value, "numbers that ascend, such as [0.0, 10.0]"))
+    if unit:
+        value = parse_in(value, unit, name=key)  # type: ignore[arg-type]  # refuses what is no text
+    return number_within(key, value, item.metadata["low"], item.metadata["high"], unit=unit)
 
 
 def _listed(key: str, value: object, what: str) -> list[Any]:
@@ -164,7 +167,9 @@ def _ascending(key: str, several: Sequence[object], unit: str = "") -> tuple[flo
     numbers = tuple(number_within(key, one, -_LARGEST, _LARGEST) for one in several)
     for before, after in itertools.pairwise(numbers):
         if not before < after:
-            raise ArgumentError(key, f"{after:g} {unit} behind {before:g} {unit}".replace(" ", " "), "places that ascend")
+            raise ArgumentError(
+                key, f"{after:g} {unit} behind {before:g} {unit}".replace(" ", " "), "places that ascend"
+            )
     return numbers
 
 

@@ -172,7 +172,9 @@ class Space:
     def suspected(self) -> tuple[Effect, ...]:
         """The effects that the data cannot show, and that may be what they show of others."""
         c = self.dataset.conditions
-        return tuple(e for e in self.dataset.library if self.reasons.get(e.name) is not None and forms_of(e).suspects(c))
+        return tuple(
+            e for e in self.dataset.library if self.reasons.get(e.name) is not None and forms_of(e).suspects(c)
+        )
 
     @cached_property
     def _at_rows(self) -> Dataset:

@@ -177,7 +177,7 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
 
 
 def _off_between(own: Model, low_mm: float, high_mm: float, points: int) -> float:
-    """Return how far straight lines between places are from somebody's functions; 0 below a thousandth of their size."""
+    """Return how far straight lines between places are from somebody's functions; 0 where that is not seen."""
     worst = 0.0
     for way in (FORWARD, REVERSE) if own.terms else ():
         fine = static_part(own, np.linspace(low_mm, high_mm, 2 * points + 1), way)[0]

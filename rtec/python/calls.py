@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import locked
 from rtec.effects import LIBRARY, Effect, Library
 from rtec.effects.own import as_effects
 from rtec.errors import ArgumentError
 from rtec.inference import model as inside
-from rtec.inference.compare import check_model
-from rtec.inference.compare import compare as compared
-from rtec.inference.diagnose import add as added
-from rtec.inference.diagnose import diagnose as diagnosed
+from rtec.inference.compare import check_model, compare as compared
+from rtec.inference.diagnose import add as added, diagnose as diagnosed
 from rtec.inference.shape_text import field_keys, read_shape
 from rtec.python.data import Data, Source, data_of
 from rtec.python.models import Model
@@ -240,8 +237,7 @@ def simulate(
     """
     from rtec.axis import Encoder, Imperfections
     from rtec.injector import Design, InjectorSettings, Processor, Timing
-    from rtec.machine import OpenPath
-    from rtec.machine import simulate as simulated
+    from rtec.machine import OpenPath, simulate as simulated
     from rtec.report.terminal_simulate import verdict
     from rtec.units import ANGLE
 
@@ -323,7 +319,7 @@ def _inputs(
     observe: str | None,
 ) -> tuple[Dataset, Dataset | None, inside.Model | None]:
     """Return the measurement, the one that judges and the model, as the engine takes them."""
-    own = as_effects([effects] if isinstance(effects, Effect | type) else list(effects))  # type: ignore[list-item]
+    own = as_effects([effects] if isinstance(effects, Effect | type) else list(effects))
     if isinstance(model, str | Path):
         model = Model.read(model, own)
     library: Library = (LIBRARY if model is None else model.library).with_own(own)
@@ -335,5 +331,3 @@ def _inputs(
         for measured in (dataset,) if other is None else (dataset, other):
             check_model(known, measured)
     return dataset, other, known
-
-

@@ -48,7 +48,9 @@ class Data:
         """Headings: known quantities with their units inside, then the others."""
         return (*(column.heading for column in self.measurement.columns.values()), *self.measurement.unknown)
 
-    def dataset(self, library: Library = LIBRARY, *, observe: str | None = None, like: Dataset | None = None) -> Dataset:
+    def dataset(
+        self, library: Library = LIBRARY, *, observe: str | None = None, like: Dataset | None = None
+    ) -> Dataset:
         """Return it ready to be explained by the effects of a library."""
         wanted = observe if observe is not None or like is not None else self.observe
         return load_dataset(self.measurement, observe=wanted, like=like, facts=self.facts, library=library)

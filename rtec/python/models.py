@@ -44,19 +44,23 @@ class Model:
     """
 
     def __init__(
-        self, effects: str | Effect | Iterable[Any] | Mapping[Any, Mapping[str, object]] = (), *, observe: str = "deviation"
+        self,
+        effects: str | Effect | Iterable[Any] | Mapping[Any, Mapping[str, object]] = (),
+        *,
+        observe: str = "deviation",
     ) -> None:
         given = [effects] if isinstance(effects, str | Effect) else effects
         named = given.items() if isinstance(given, Mapping) else [(one, {}) for one in given]
         own = {id(what): as_effects([what])[0] for what, _ in named if not isinstance(what, str)}
         entries = [
-            {**parameters, "name": what if isinstance(what, str) else own[id(what)].name} for what, parameters in named
+            {**parameters, "name": what if isinstance(what, str) else own[id(what)].name}
+            for what, parameters in named
         ]
         self._set("model", {"observe": observe, "effect": entries}, LIBRARY.with_own(list(own.values())))
 
     def _set(self, source: str | Path, tables: dict[str, Any], library: Library) -> None:
-        self.source, self.library, self.fitted = source, library, None
-        self._tables = tables
+        self.source, self.library, self._tables = source, library, tables
+        self.fitted: inside.Model | None = None
         for name in self.effects:
             library.named(name)
 
@@ -115,7 +119,7 @@ class Model:
         }
 
     def predict(self, data: Data | Source) -> NDArray[np.float64]:
-        """Return what it says of each reading, in the unit in which that is shown (um, arcsec, N, ...), shape (rows,).
+        """Return what it says of each reading, in the unit in which that is shown (um, arcsec, N), shape (rows,).
 
         Raises
         ------

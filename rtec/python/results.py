@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import unknown
-from rtec.inference import compare as comparing
-from rtec.inference import results as found
+from rtec.inference import compare as comparing, results as found
 from rtec.python.models import Model
 from rtec.report.diagnosis import comparison_document, comparison_sentence, diagnosis_document, verdict_sentence
 from rtec.report.diagnosis.quantities import shown_of
@@ -197,7 +196,12 @@ class Diagnosis(_OfReadings):
         head = ["step", f"left, {shown.symbol}", "held out", "probability"]
         before = ["no effect" if not self.inside.start.names else "start", _of(self.rms_before), "", ""]
         steps = [
-            [step["effect"], _of(step["rms_train"]), _of(step["rms_heldout"]), _of(self.probability.get(step["effect"]))]
+            [
+                step["effect"],
+                _of(step["rms_train"]),
+                _of(step["rms_heldout"]),
+                _of(self.probability.get(step["effect"])),
+            ]
             for step in self.steps
         ]
         return [head, before, *steps]

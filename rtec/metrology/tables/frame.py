@@ -1,4 +1,4 @@
-"""Columns that somebody has in memory, as a table: a mapping of headings to values, or a data frame of any library."""
+"""Columns in memory as a table: a mapping of headings to values, or a data frame of any library."""
 
 from __future__ import annotations
 

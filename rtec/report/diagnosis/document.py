@@ -166,7 +166,7 @@ def _candidate(candidate: Candidate, shown: Shown) -> dict[str, Any]:
 
 
 def _curve(curve: LearnedCurve | None, shown: Shown) -> dict[str, Any] | None:
-    """Return a learned curve: what it is over, what it leaves, what it is like, and its values with standard errors."""
+    """Return a learned curve: what it is over, what it leaves and is like, and its values with standard errors."""
     if curve is None:
         return None
     shape = curve.shape

@@ -25,8 +25,8 @@ def diagnosis_figures(diagnosis: Diagnosis) -> list[Illustration]:
     Returns
     -------
     list
-        ``measured``, ``staircase``, ``components``, ``candidates``, ``curve``, ``residual``, ``spectra``, ``cosines`` and
-        ``experiment``, those that there is something to show for.
+        ``measured``, ``staircase``, ``components``, ``candidates``, ``curve``, ``residual``, ``spectra``, ``cosines``
+        and ``experiment``, those that there is something to show for.
     """
     return drawn(diagnosis_plates(diagnosis))
 
@@ -60,8 +60,8 @@ def diagnosis_plates(diagnosis: Diagnosis) -> list[Plate]:
             "curve",
             "What is left, as a curve",
             "The readings less all effects (dots), and a smooth curve that was learned from them, with a band of two "
-            "standard errors. It is a description and no name: an effect of the library that did this would have been "
-            "found. Of a curve over two quantities three cuts are drawn.",
+            "standard errors. It is a description and no name: an effect of the library that did this would have "
+            "been found. Of a curve over two quantities three cuts are drawn.",
             lambda: curve_figure(d.dataset, d.curve),
         ),
         residual,
@@ -77,8 +77,7 @@ def diagnosis_plates(diagnosis: Diagnosis) -> list[Plate]:
         Plate(
             "experiment",
             "The rivals in the suggested experiment",
-            "What each of the rivals predicts there, with the amplitudes fitted here: measure where the "
-            "curves part.",
+            "What each of the rivals predicts there, with the amplitudes fitted here: measure where the curves part.",
             lambda: experiment_figure(d.experiment, d.dataset),
         ),
     ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rtec.inference.collinear import tied_groups
 from rtec.inference.completeness import ENOUGH
 from rtec.inference.model import Term
-from rtec.inference.results import LearnedCurve, Diagnosis, NoiseFloor, Unknown, Verdict
+from rtec.inference.results import Diagnosis, LearnedCurve, NoiseFloor, Unknown, Verdict
 from rtec.readable import rounded
 from rtec.report.appearance import joined, printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
