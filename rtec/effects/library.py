@@ -61,11 +61,14 @@ class Library:
     def __iter__(self) -> Iterator[Effect]:
         return iter((*self.effects, *self.own))
 
+    def __len__(self) -> int:
+        return len(self.effects) + len(self.own)
+
     @cached_property
     def _by_name(self) -> dict[str, Effect]:
         return {effect.name: effect for effect in self}
 
-    def __contains__(self, name: str) -> bool:
+    def __contains__(self, name: object) -> bool:
         return name in self._by_name
 
     def named(self, name: str) -> Effect:

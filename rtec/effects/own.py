@@ -307,7 +307,7 @@ def as_effects(given: Sequence[object]) -> tuple[Effect, ...]:
     >>> as_effects([3])
     Traceback (most recent call last):
     ...
-    rtec.errors.ArgumentError: effects: 3; use effects made by @rtec.effect or derived from rtec.Effect
+    rtec.errors.ArgumentError: effects: 3 is not valid; use effects made by @rtec.effect or derived from rtec.Effect
     """
     found = []
     for one in given:

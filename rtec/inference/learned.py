@@ -274,7 +274,7 @@ def descriptions(
     >>> x = np.linspace(0.0, 100.0, 101)
     >>> bump = 5.0 * np.exp(-(((x - 40.0) / 10.0) ** 2))
     >>> descriptions(x, bump, np.full(101, 0.1), np.full(101, 1 / 101), ("mm", "um"))
-    ('a bump of 5.0 µm at 40 mm, half as high 8.3 mm away',)
+    ('a bump of 5 µm at 40 mm, half as high 8.3 mm away',)
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - 0.1 s, for curves only
 
@@ -290,7 +290,10 @@ def descriptions(
     found: list[str] = []
     zero = -float(at[0]) / span
     odd = [_odd(zero)] if 0.1 < zero < 0.9 else []
-    for form in (*_FORMS[:_CURVED], *odd, *_FORMS[_CURVED:], *map(sloping, (*odd, *_FORMS[_CURVED:]))):
+    plain = (*_FORMS[:_CURVED], *odd, *_FORMS[_CURVED:])
+    for form in (*plain, *map(sloping, plain[_CURVED:])):
+        if found and form not in plain:
+            break
         best = None
         for start in form.starts(u, values):
             with np.errstate(all="ignore"):

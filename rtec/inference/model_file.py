@@ -147,7 +147,7 @@ def write_model(path: str | Path, model: Model) -> None:
     >>> import tempfile
     >>> from rtec.effects import Shape
     >>> file = Path(tempfile.mkdtemp()) / "m.toml"
-    >>> term = Term(effect=effect_named("backlash"), shape=Shape(), amplitudes=(0.0123,))
+    >>> term = Term(effect=LIBRARY.named("backlash"), shape=Shape(), amplitudes=(0.0123,))
     >>> write_model(file, Model(observe="deviation", units=Units("mm", "mm", "s"), terms=(term,)))
     >>> print(file.read_text().splitlines()[-1])
     backlash = "12.3 um"
@@ -284,7 +284,7 @@ def _effects(path: str | Path, top: Mapping[str, Any], library: Library) -> Iter
         try:
             effect = library.named(name)
         except ArgumentError as error:
-            near = error.hint if error.hint.startswith("did you mean") else ""
+            near = error.hint if not error.hint.startswith("known") else ""
             somebodys = "'rtec effects' lists those of the library, --effects FILE.py brings your own"
             allowed = "; ".join(part for part in (error.allowed, near, somebodys) if part)
             raise FileFormatError(path, None, f"effect {number}: no effect {brief(name)!r}", allowed) from None

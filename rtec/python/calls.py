@@ -94,7 +94,8 @@ def diagnose(
     Examples
     --------
     >>> x = [5.0 * k for k in range(9)] * 4
-    >>> found = diagnose({"target_mm": x, "deviation_um": [0.2 * v + 0.1 * (k % 2) for k, v in enumerate(x)],
+    >>> noise = [0.1, -0.2, 0.0, 0.2, -0.1, 0.1, 0.0]
+    >>> found = diagnose({"target_mm": x, "deviation_um": [0.2 * v + noise[k % 7] for k, v in enumerate(x)],
     ...                   "run": [k // 9 for k in range(36)]})
     >>> found.verdict, found.effects
     ('NAMED', ('scale',))
