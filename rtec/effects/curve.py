@@ -15,7 +15,7 @@ from rtec.errors import ArgumentError
 
 PREFIX = "curve"
 """Name of the effect, and what stands in front of what a curve is over: ``curve:velocity``."""
-_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28)
+_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40)
 """Nodes that are tried of a curve over one quantity."""
 _GRIDS = ((4, 4), (6, 4), (10, 5), (14, 7))
 """Nodes that are tried of a surface over two."""

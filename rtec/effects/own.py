@@ -10,10 +10,9 @@ from __future__ import annotations
 import inspect
 import itertools
 import math
-import re
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import field, fields, make_dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -21,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.own_signature import Within, checked_name, signature_of
 from rtec.effects.protocol import Card, Effect, Observable, Over, Quantity, Shape, Tunable, parameter
 from rtec.effects.quantities import MEANT, is_slow, meant, missing, quantity_of
-from rtec.errors import ArgumentError, unknown
-from rtec.units import UNITS
+from rtec.errors import ArgumentError
 
 _STEP = 0.9
 """Cosine between neighbours of a scan at least: what lies between two is then missed by 3 % of its size at most."""
@@ -32,53 +31,9 @@ _FEWEST, _MOST, _MOST_OF_ONE = 3, 4000, 513
 """Shapes of a scan: of a parameter at least, of all together and of one parameter at most."""
 _ROWS = 2000
 """Rows on which the scan's steps are chosen."""
-_GEOMETRIC = 10.0
-"""Ratio of the bounds from which on steps are equal ratios, not equal differences."""
 _LEAST_CHANGE = 1e-9
 """Share of its size by which a contribution has to change over the readings to be seen."""
-_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
 _OVER = {"direction": Over.REVERSAL, "since_reversal": Over.REVERSAL, "load": Over.TIME}
-
-
-@dataclass(frozen=True)
-class Within:
-    """Where a parameter of an effect may lie: from ``low`` to ``high``, in ``unit`` (none: a number).
-
-    The function gets it in the unit that its dimension has inside: lengths in mm, angles in deg, speeds in mm/s or
-    deg/s, times in s.
-
-    Raises
-    ------
-    ArgumentError
-        Bounds that are no numbers or not in order, or a unit that is not known.
-
-    Examples
-    --------
-    >>> Within(1, 50, "um").inside
-    (0.001, 0.05, 'mm')
-    """
-
-    low: float
-    high: float
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        """Check bounds and unit."""
-        ends = (self.low, self.high)
-        if not all(isinstance(end, int | float) and math.isfinite(end) for end in ends) or not self.low < self.high:
-            raise ArgumentError("Within", f"{self.low!r}, {self.high!r}", "two finite numbers, the lower one first")
-        if self.unit and self.unit not in UNITS:
-            raise unknown("Within", str(self.unit)[:60], UNITS, noun="unit")
-
-    @property
-    def inside(self) -> tuple[float, float, str]:
-        """Both bounds and the unit as the function gets them."""
-        unit = UNITS.get(self.unit)
-        if unit is None:
-            return float(self.low), float(self.high), self.unit
-        target = next(u.name for u in UNITS.values() if u.dimension == unit.dimension and u.factor == 1.0)
-        low, high = ((end + unit.offset) * unit.factor for end in (self.low, self.high))
-        return low, high, target
 
 
 class FunctionEffect(Effect):
@@ -91,9 +46,9 @@ class FunctionEffect(Effect):
     ) -> None:
         """Read the function's signature."""
         self.function = function
-        self.name = _checked_name(str(name or getattr(function, "__name__", "")))
+        self.name = checked_name(str(name or getattr(function, "__name__", "")))
         self.not_negative = not_negative
-        self.quantities, bounds = _signature(function, self.name)
+        self.quantities, bounds = signature_of(function, self.name)
         self.bounds: Mapping[str, Within] = MappingProxyType(bounds)
         self.over = _over(over, self.quantities, self.name)
         self.other_columns = frozenset(name for name in self.quantities if name not in MEANT)
@@ -190,7 +145,7 @@ class FunctionEffect(Effect):
     def _corners(self) -> Iterator[Shape]:
         """Yield shapes with each parameter at a quarter, the middle and three quarters of its bounds."""
         for share in (0.5, 0.25, 0.75):
-            yield self.shape_type(**{name: _at(within, share) for name, within in self.bounds.items()})
+            yield self.shape_type(**{name: within.at(share) for name, within in self.bounds.items()})
 
     def _ladders(self, conditions: Conditions) -> tuple[Floats, ...]:
         return self._grid(conditions)[0]
@@ -209,8 +164,7 @@ class FunctionEffect(Effect):
             most = max(counts, key=lambda name: counts[name])
             counts[most] = max(counts[most] * 3 // 4, 2)
         ladders = {
-            name: np.array([_at(self.bounds[name], s) for s in np.linspace(0.0, 1.0, n)])
-            for name, n in counts.items()
+            name: np.array([self.bounds[name].at(s) for s in np.linspace(0.0, 1.0, n)]) for name, n in counts.items()
         }
         every = [
             self.shape_type(**dict(zip(ladders, values, strict=True)))
@@ -235,9 +189,9 @@ class FunctionEffect(Effect):
         return count
 
     def _close(self, thin: Conditions, name: str, count: int, others: Mapping[str, float]) -> bool:
-        rest = {key: _at(self.bounds[key], share) for key, share in others.items()}
+        rest = {key: self.bounds[key].at(share) for key, share in others.items()}
         table = np.array([
-            self._column(thin, self.shape_type(**{name: _at(self.bounds[name], share)}, **rest))
+            self._column(thin, self.shape_type(**{name: self.bounds[name].at(share)}, **rest))
             for share in np.linspace(0.0, 1.0, count)
         ])  # fmt: skip
         table = table - table.mean(axis=1, keepdims=True)
@@ -314,7 +268,7 @@ def as_effects(given: Sequence[object]) -> tuple[Effect, ...]:
         made = one() if isinstance(one, type) and issubclass(one, Effect) else one
         if not isinstance(made, Effect):
             raise ArgumentError("effects", repr(one)[:60], "effects made by @rtec.effect or derived from rtec.Effect")
-        _checked_name(getattr(made, "name", ""))
+        checked_name(getattr(made, "name", ""))
         if not hasattr(made, "card"):
             made.card = _card(made, "what its author says", f"{type(made).__module__}.")
         found.append(made)
@@ -337,39 +291,6 @@ def _card(effect: Effect, needs: str, source: str) -> Card:
     )
 
 
-def _checked_name(name: str) -> str:
-    if not _NAME.fullmatch(name):
-        allowed = "a name of small letters, digits and _, 40 at most, such as dent; name=... states one"
-        raise ArgumentError("effect", repr(name)[:60], allowed)
-    return name
-
-
-def _signature(function: Callable[..., Any], name: str) -> tuple[tuple[str, ...], dict[str, Within]]:
-    """Return the quantities that a function takes, and the bounds of its parameters."""
-    try:
-        signature = inspect.signature(function, eval_str=True)
-    except (NameError, TypeError, ValueError, SyntaxError, AttributeError) as error:
-        raise ArgumentError(f"effect {name}", f"{error}", "a function whose annotations can be read") from error
-    quantities, bounds = [], {}
-    for one in signature.parameters.values():
-        if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
-            raise ArgumentError(f"effect {name}", f"*{one.name}", "named quantities, and parameters behind a *")
-        if one.kind is not one.KEYWORD_ONLY:
-            quantities.append(one.name)
-        elif isinstance(one.annotation, Within):
-            bounds[one.name] = one.annotation
-        else:
-            allowed = f'bounds, as in {one.name}: rtec.Within(0, 500, "mm")'
-            raise ArgumentError(f"effect {name}", one.name, allowed, problem=f"{one.name} has no bounds")
-    if taken := {"name", "amplitudes", "errors", name} & set(bounds):
-        allowed = "other names of parameters: these stand for something else in a model file"
-        raise ArgumentError(f"effect {name}", ", ".join(sorted(taken)), allowed)
-    if not quantities:
-        allowed = f"a quantity that it depends on: {', '.join(MEANT)}, or the name of a column"
-        raise ArgumentError(f"effect {name}", "no quantity", allowed)
-    return tuple(quantities), bounds
-
-
 def _over(said: str | None, quantities: Sequence[str], name: str) -> Over:
     known = {over.value: over for over in Over} | _OVER
     word = quantities[0] if said is None else said
@@ -386,14 +307,6 @@ def _field(name: str, within: Within) -> Any:
     default = high if high != 0.0 else low  # 0 would mean: not given
     meaning = name.replace("_", " ")
     return field(default=default, metadata=parameter(Quantity.NUMBER, meaning, unit=unit, low=low, high=high))
-
-
-def _at(within: Within, share: float) -> float:
-    """Return the value at a share of the way between bounds, by ratios where they span a decade."""
-    low, high, _ = within.inside
-    if low > 0.0 and high / low >= _GEOMETRIC:
-        return min(max(float(low * (high / low) ** share), low), high)
-    return low + (high - low) * share
 
 
 def _read_only(values: Floats) -> Floats:

@@ -83,8 +83,8 @@ def _columns(source: Any) -> Iterable[tuple[object, Any]]:
     if len(set(map(str, names))) < len(names):
         twice = next(str(name) for name in names if names.count(name) > 1)
         raise ArgumentError(SOURCE, f"column {twice!r} twice", "each name once")
-    index = getattr(source, "index", None)
-    named = [] if getattr(index, "name", None) is None else [(index.name, index)]  # type: ignore[union-attr]
+    index: Any = getattr(source, "index", None)
+    named = [] if getattr(index, "name", None) is None else [(index.name, index)]
     return [*named, *((name, source[name]) for name in names)]
 
 

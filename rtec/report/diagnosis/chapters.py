@@ -339,7 +339,8 @@ def tie_words(diagnosis: Diagnosis) -> str:
 def unmeasured(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     """Return what could not be tested, why, and what the effect needs."""
     library = diagnosis.dataset.library
-    return [(spoken(name), printable(why), library.named(name).needs) for name, why in diagnosis.not_testable]
+    needs = {name: library.named(name).needs if name in library else "" for name, _ in diagnosis.not_testable}
+    return [(spoken(name), printable(why), needs[name]) for name, why in diagnosis.not_testable]
 
 
 def pairs_text(pairs: Iterable[tuple[str, float]], text: Callable[[float], str]) -> list[tuple[str, str]]:
