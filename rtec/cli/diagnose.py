@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress, warn
-from rtec.cli._parameters import folder, force, written
+from rtec.cli._parameters import folder, force, option, written
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
 from rtec.errors import ArgumentError
+from rtec.io import check_file
+from rtec.units import TIME, parse_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rtec.inference.changes import Change
     from rtec.inference.results import Diagnosis
+
+_LEAST_S, _MOST_S = 60.0, 432_000.0
 
 
 def diagnose(
@@ -27,6 +31,13 @@ def diagnose(
     output: Path | None = folder("-o --output", "Folder of a report with figures."),
     save: Path | None = written("--save", "MODEL.toml", "Write the model with all effects found."),
     suggest: Path | None = written("--suggest", "PLAN.toml", "Write what to measure next as a plan to carry out."),
+    next_s: float | None = option(
+        "--next",
+        "TIME",
+        "The best plan for so long at the machine, such as 1h, and what it will show. --suggest writes it, and beside "
+        "it as .csv and as G-code (.nc).",
+        read=lambda said: _machine_time(said),
+    ),
     force: bool = force("Write over what is there."),
     seed: int = _measured.SEED,
     json: bool = _measured.JSON,
@@ -38,14 +49,14 @@ def diagnose(
 
     Example: rtec diagnose z_axis.csv -o report --save found.toml --suggest plan.toml
     Example: rtec diagnose z_axis.csv --model known.toml --lock
-    Example: rtec diagnose drive.csv --observe current --screw-pitch "5 mm" --json
+    Example: rtec diagnose drive.csv --observe current --screw-pitch "5 mm" --next 1h --suggest plan.toml
     """
     from rtec.inference.changes import changes_from_first
     from rtec.inference.diagnose import diagnose as diagnosed
     from rtec.report.diagnosis import changes_sentence, verdict_sentence
 
     names = names_of(data)
-    refuse_with_several(data, heldout=measured.heldout, lock=measured.lock, save=save, suggest=suggest)
+    refuse_with_several(data, heldout=measured.heldout, lock=measured.lock, save=save, suggest=suggest, next=next_s)
     if save is not None and suggest is not None and save.resolve() == suggest.resolve():
         raise ArgumentError("--suggest", suggest, "another file", problem="is the file of --save")
     results: dict[str, Diagnosis] = {}
@@ -60,14 +71,41 @@ def diagnose(
                 given.dataset, given.model, given.heldout, locked=given.locked, seed=seed, progress=told
             )
         result, found = next(iter(results.values())), changes_from_first(results)
-        made = _write(results, found, output, save, suggest)
+        made = _write(results, found, output, save, None if next_s is not None else suggest)
     if found:
         show_several(results, found, verdict_sentence, {"seed": seed, **made}, as_json=json)
         if not json:
             typer.echo(changes_sentence(names[0], found))
             _tell(made)
     else:
-        show_diagnosis(result, made, as_json=json, seed=seed)
+        planned = {} if next_s is None else _next_hour(result, next_s, suggest, force=force, as_json=json)
+        show_diagnosis(result, made | planned, as_json=json, seed=seed)
+
+
+def _machine_time(said: str) -> float:
+    time_s = parse_quantity(said, TIME, name="--next")
+    if not _LEAST_S <= time_s <= _MOST_S:
+        raise ArgumentError("--next", said, "a time from 1 min to 120 h, such as 1h")
+    return time_s
+
+
+def _next_hour(
+    result: Diagnosis, time_s: float, path: Path | None, *, force: bool, as_json: bool
+) -> dict[str, Any]:
+    """Return what is said of the best plan for a time at the machine, and write it where a file is named."""
+    from rtec.inference.next_plan import next_plan
+    from rtec.report.diagnosis.next_hour import next_plan_document, next_plan_sentence, write_next_plan
+
+    found = next_plan(result, time_s)
+    if isinstance(found, str):
+        note(f"--next: no plan: {found}")
+        return {"plan": None} if as_json else {}
+    for ending in (".csv", ".nc"):
+        if path is not None:
+            check_file("--suggest", path.with_suffix(ending), force=force)
+    units = result.dataset.units
+    files = {} if path is None else write_next_plan(path, found, units)
+    return {"plan": next_plan_document(found, units, files) if as_json else next_plan_sentence(found, units)}
 
 
 def _write(
@@ -97,7 +135,7 @@ def _write(
     return made
 
 
-def _tell(written: dict[str, str]) -> None:
+def _tell(written: Mapping[str, Any]) -> None:
     for what, place in written.items():
         typer.echo(f"{what.capitalize()}: {place}")
 
@@ -115,7 +153,7 @@ def _write_plan(path: Path, result: Diagnosis) -> bool:
     return True
 
 
-def show_diagnosis(result: Diagnosis, written: dict[str, str], *, as_json: bool, seed: int) -> None:
+def show_diagnosis(result: Diagnosis, written: Mapping[str, Any], *, as_json: bool, seed: int) -> None:
     """Print a diagnosis and what was written: one JSON document, or the verdict in a sentence and tables."""
     from rtec.dataset.dataset import warnings_of
     from rtec.report.diagnosis import diagnosis_document, diagnosis_table, verdict_sentence

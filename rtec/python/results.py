@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.errors import unknown
+from rtec.errors import ArgumentError, unknown
 from rtec.inference import compare as comparing, results as found
 from rtec.python.models import Model
 from rtec.report.diagnosis import comparison_document, comparison_sentence, diagnosis_document, verdict_sentence
@@ -205,6 +205,33 @@ class Diagnosis(_OfReadings):
             for step in self.steps
         ]
         return [head, before, *steps]
+
+    def next(self, time: str = "1h", plan: str | Path | None = None) -> Document:
+        """Return the best plan for a time at the machine, and what it will show.
+
+        Parameters
+        ----------
+        time
+            At the machine: "1h", "30 min".
+        plan
+            File NAME.toml to write it to; beside it come NAME.csv and NAME.nc, the same as G-code.
+
+        Raises
+        ------
+        ArgumentError, OutputError
+            No plan for such a measurement or time, or a file that cannot be written.
+        """
+        from rtec.inference.next_plan import next_plan
+        from rtec.report.diagnosis.next_hour import next_plan_document, write_next_plan
+        from rtec.units import TIME, parse_quantity
+
+        found = next_plan(self.inside, parse_quantity(time, TIME, name="time"))
+        if isinstance(found, str):
+            raise ArgumentError("time", time, "another time, or a measurement of targets", problem=f"no plan: {found}")
+        units = self.dataset.units
+        files = {} if plan is None else write_next_plan(Path(plan), found, units)
+        document = next_plan_document(found, units, files)
+        return Document(document, document["text"])
 
     def report(self, folder: str | Path) -> Path:
         """Write the report of ``rtec diagnose -o`` into a new folder; return its page."""
