@@ -100,6 +100,7 @@ def show_several(
     sentence: Callable[[_R], str],
     more: Mapping[str, object],
     *,
+    against: str = "",
     as_json: bool,
 ) -> None:
     """Print results beside each other and what differs from the first: one JSON document, or sentences and tables.
@@ -112,6 +113,8 @@ def show_several(
         What is said of each.
     more
         Of the document.
+    against
+        What they are held against, where it is none of them.
     as_json
         Whether it is to be JSON.
     """
@@ -128,4 +131,4 @@ def show_several(
             note(f"{name}: {said}")
         warn(result.dataset.warnings, f"{name}: ")
         console.print(f"{name}: {sentence(result)}", soft_wrap=True, markup=False)
-    console.print(several_table(results, found))
+    console.print(several_table(results, found, against))

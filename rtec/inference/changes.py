@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from rtec.inference.compare import Comparison
-from rtec.inference.fit import values_of
+from rtec.inference.fit import fit_model, values_of
 from rtec.inference.forms import forms_of
 from rtec.inference.model import Term
 from rtec.inference.results import Diagnosis, Value
@@ -88,8 +88,43 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
         for name, value in here.items():
             if name in there and (found := _difference(value, there[name])) is not None:
                 compared.append((one.name, name, value, there[name], *found))
+    both = _judged(compared)
+    gone = [_alone(one, first, other, Outcome.GONE) for one, two in pairs if one is not None and two is None]
+    new = [_alone(two, other, first, Outcome.NEW) for one, two in pairs if two is not None and one is None]
+    return (*both, *gone, *new, *_stated(first))
+
+
+def changes_since(comparison: Comparison) -> tuple[Change, ...]:
+    """Return what differs between the numbers that a model states and those that a measurement gives, fitted anew.
+
+    Only parameters that the model states with a standard error are told of, as a file of an earlier diagnosis has
+    them: what has worn, been adjusted or lost since. Judged as by `changes`.
+    """
+    stated = [
+        term
+        for term, given in zip(comparison.model.terms, comparison.stated, strict=True)
+        if given and term.errors is not None and term.effect.untestable(comparison.dataset.conditions) is None
+    ]
+    if not stated:
+        return ()
+    model = comparison.model.with_terms(
+        term for term in comparison.model.terms if term in stated or term.effect.untestable(comparison.dataset.conditions) is None
+    )
+    now = fit_model(comparison.dataset, model, all_open=True)
+    compared = []
+    for before, after in zip(model.terms, now.terms, strict=True):
+        if before in stated:
+            there = {value.name: value for value in values_of(after, now)}
+            for value in values_of(before, model):
+                if value.name in there and (found := _difference(value, there[value.name])) is not None:
+                    compared.append((before.name, value.name, value, there[value.name], *found))
+    return tuple(_judged(compared))
+
+
+def _judged(compared: Sequence[tuple[str, str, Value, Value, float, float]]) -> list[Change]:
+    """Return the outcome of each comparison: effect, parameter, both values, their difference and its error."""
     adjusted = _holm([2.0 * float(ndtr(-abs(d) / e)) for *_, d, e in compared])
-    both = [
+    return [
         Change(
             effect=effect,
             parameter=name,
@@ -102,9 +137,6 @@ def changes(first: Diagnosis | Comparison, other: Diagnosis | Comparison) -> tup
         )
         for (effect, name, here, there, d, e), p in zip(compared, adjusted, strict=True)
     ]
-    gone = [_alone(one, first, other, Outcome.GONE) for one, two in pairs if one is not None and two is None]
-    new = [_alone(two, other, first, Outcome.NEW) for one, two in pairs if two is not None and one is None]
-    return (*both, *gone, *new, *_stated(first))
 
 
 def _fitted(result: Diagnosis | Comparison) -> list[Term]:

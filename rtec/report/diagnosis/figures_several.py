@@ -7,25 +7,71 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.inference.changes import Change, Outcome
 from rtec.inference.local_means import neighbour_means
 from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
 from rtec.report.diagnosis.readings import position_label
 from rtec.report.figures_style import new_figure
-from rtec.report.palette import GUIDE, SERIES
+from rtec.report.diagnosis.sentence import spoken
+from rtec.report.palette import BAND, FORWARD, GUIDE, PAPER, SERIES
+from rtec.units import symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from rtec.report.diagnosis.several import Results
+    from rtec.report.diagnosis.several import Changes, Results
 
 _LONGEST = 28
 SEVERAL_CAPTION = (
     "Left, the mean of the readings at each place, forward solid and backward dashed, a colour for each measurement. "
     "Right, in the same colours, the RMS of what was measured, of what the effects leave, and of a reading's noise."
 )
+
+
+PARAMETERS_CAPTION = (
+    "Each parameter in the order of the measurements, with two standard errors; the grey band is the first, or what the "
+    "model states. Filled marks differ from it."
+)
+_MOST_PARAMETERS = 9
+_COLUMNS = 3
+
+
+def parameters_figure(found: Changes, against: str) -> Figure | None:
+    """Return each parameter over the measurements, what they are held against first; None where there is none."""
+    names = list(found)
+    each: dict[tuple[str, str], dict[str, Change]] = {}
+    for name, of_file in found.items():
+        for change in of_file:
+            if change.first is not None and change.other is not None and change.difference is not None:
+                each.setdefault((change.effect, change.parameter), {})[name] = change
+    shown = list(each.items())[:_MOST_PARAMETERS]
+    if not shown:
+        return None
+    columns = min(_COLUMNS, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = new_figure(2.6 * rows + 0.6)
+    every = figure.subplots(rows, columns, squeeze=False)
+    for axes in every.flat[len(shown) :]:
+        axes.set_visible(False)
+    for axes, ((effect, parameter), changes) in zip(every.flat, shown, strict=False):
+        first = next(iter(changes.values())).first
+        assert first is not None  # noqa: S101 - asked above
+        value, half = float(first.value), 2.0 * float(first.error or 0.0)
+        axes.axhspan(value - half, value + half, color=BAND, linewidth=0)
+        for k, name in enumerate(names):
+            if name in changes and (other := changes[name].other) is not None:
+                differs = changes[name].outcome is Outcome.DIFFERS
+                axes.errorbar(k, float(other.value), 2.0 * float(other.error or 0.0), fmt="o", color=FORWARD, capsize=3,
+                              markerfacecolor=FORWARD if differs else PAPER)  # fmt: skip
+        axes.set_xticks(range(len(names)), [_short(name)[:14] for name in names], rotation=30, ha="right")
+        axes.set_xlim(-0.5, len(names) - 0.5)
+        what = spoken(effect) if parameter in ("", effect) else f"{spoken(effect)}: {spoken(parameter)}"
+        axes.set_title(what, fontsize=9)
+        axes.set_ylabel(symbol(first.unit) if first.unit else "")
+    return figure
 
 
 def several_figure(results: Results) -> Figure:

@@ -10,7 +10,12 @@ from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis import chapters
 from rtec.report.diagnosis.document import comparison_document, diagnosis_document
-from rtec.report.diagnosis.figures_several import SEVERAL_CAPTION, several_figure
+from rtec.report.diagnosis.figures_several import (
+    PARAMETERS_CAPTION,
+    SEVERAL_CAPTION,
+    parameters_figure,
+    several_figure,
+)
 from rtec.report.diagnosis.plates import comparison_figures, diagnosis_figures
 from rtec.report.diagnosis.quantities import shown_for
 from rtec.report.diagnosis.sentence import comparison_sentence, spoken
@@ -77,7 +82,7 @@ def _title(start: str, dataset: Dataset) -> str:
     return f"{start} {spoken(dataset.observe)} in {printable(name)}"
 
 
-def write_several(results: Results, found: Changes, folder: Path) -> Path:
+def write_several(results: Results, found: Changes, folder: Path, against: str = "") -> Path:
     """Write the pages of several measurements, each into a folder of its own, and one that holds them together.
 
     Errors are those of `write_page_folder`.
@@ -88,13 +93,18 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
         As for `several_document`.
     folder
         Where to; it exists. The folders in it bear the names of the files, with a number before them.
+    against
+        What the measurements are held against, where it is none of them: the file of a model.
 
     Returns
     -------
     Path
         The page that holds them together.
     """
-    plate = Plate("several", "Several measurements", SEVERAL_CAPTION, lambda: several_figure(results))
+    plates = [
+        Plate("several", "Several measurements", SEVERAL_CAPTION, lambda: several_figure(results)),
+        Plate("parameters", "From one to the next", PARAMETERS_CAPTION, lambda: parameters_figure(found, against)),
+    ]
     parts = {name: f"{number}-{Path(name).stem[:60]}" for number, name in enumerate(results, 1)}
 
     def write_parts(new: Path) -> None:
@@ -107,15 +117,16 @@ def write_several(results: Results, found: Changes, folder: Path) -> Path:
                 write_comparison(one, part)
 
     first = next(iter(results))
+    held_against = against or first
     values = {
         "title": f"{spoken(results[first].dataset.observe).capitalize()} in {len(results)} measurements",
-        "sentence": changes_sentence(first, found),
+        "sentence": changes_sentence(held_against, found),
         "heads": heads_of(results),
         "left": [(name, part, cells) for part, (name, cells) in zip(parts.values(), left_rows(results), strict=True)],
-        "first": printable(first),
+        "first": printable(held_against),
         "changes": [(printable(name), change_rows(of_file)) for name, of_file in found.items()],
     }
     document = several_document(results, found)
     return write_page_folder(
-        folder, drawn([plate]), document, "diagnosis/several.html.j2", values, beside=write_parts
+        folder, drawn(plates), document, "diagnosis/several.html.j2", values, beside=write_parts
     )

@@ -55,9 +55,15 @@ def several_document(results: Results, found: Changes) -> dict[str, Any]:
         {"file": name} | (diagnosis_document(one) if isinstance(one, Diagnosis) else comparison_document(one))
         for name, one in results.items()
     ]
+    entries = [{"file": name} | entry for name, of_file in found.items() for entry in change_entries(of_file)]
+    cleaned: dict[str, Any] = strict({"files": documents, "changes": entries})
+    return cleaned
+
+
+def change_entries(found: Sequence[Change]) -> list[dict[str, Any]]:
+    """Return changes as plain data, one entry a parameter."""
     entries = [
         {
-            "file": name,
             "effect": change.effect,
             "parameter": change.parameter,
             "first": _plain_value(change.first),
@@ -68,10 +74,9 @@ def several_document(results: Results, found: Changes) -> dict[str, Any]:
             "outcome": change.outcome.value,
             "reason": change.reason,
         }
-        for name, of_file in found.items()
-        for change in of_file
+        for change in found
     ]
-    cleaned: dict[str, Any] = strict({"files": documents, "changes": entries})
+    cleaned: list[dict[str, Any]] = strict(entries)
     return cleaned
 
 
@@ -79,16 +84,15 @@ def _plain_value(value: Value | None) -> list[float | str | None] | None:
     return None if value is None else [value.value, value.error, value.unit]
 
 
-def several_table(results: Results, found: Changes) -> Group:
-    """Return what is left of each measurement, and what differs from the first of them; parameters as above."""
+def several_table(results: Results, found: Changes, first: str = "") -> Group:
+    """Return what is left of each measurement, and what differs from the first of them or from what is named ``first``."""
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
     table.add_column("file", overflow="fold")
     for head in heads_of(results):
         table.add_column(head, justify="right")
     for name, cells in left_rows(results):
         table.add_row(Text(name), *cells)
-    first = next(iter(results))
-    return Group(table, *(_changes(first, name, of_file) for name, of_file in found.items()))
+    return Group(table, *(changes_table(first or next(iter(results)), name, of_file) for name, of_file in found.items()))
 
 
 def heads_of(results: Results) -> tuple[str, ...]:
@@ -133,7 +137,8 @@ def _what(change: Change) -> str:
     return f"{spoken(change.effect)}, {spoken(change.parameter)}" if apart else spoken(change.effect)
 
 
-def _changes(first: str, name: str, found: Sequence[Change]) -> Table | Text:
+def changes_table(first: str, name: str, found: Sequence[Change]) -> Table | Text:
+    """Return what differs between two measurements, or between a measurement and a model, by their names."""
     if not found:
         return Text(f"{printable(name)} and {printable(first)}: no effect to compare; {_WAYS_TO_EFFECTS}")
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0), title=Text(f"{printable(name)} against {printable(first)}"))
