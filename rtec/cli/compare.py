@@ -29,9 +29,9 @@ def compare(
 ) -> None:
     """Compare a measurement with a model: what is left, against the noise floor, and where it lives.
 
-    What the model leaves open is fitted first. Without a model all that is measured is left. Of a model that an earlier
-    measurement gave it says what has changed since. Several measurements, such as before and after or axis by axis,
-    stand beside each other.
+    What the model leaves open is fitted first. Without a model all that is measured is left. Of a model that an
+    earlier measurement gave it says what has changed since. Several measurements, such as before and after or axis by
+    axis, stand beside each other.
 
     Example: rtec compare z_axis.csv --model known.toml
     Example: rtec compare jan.csv feb.csv mar.csv --model december.toml -o report

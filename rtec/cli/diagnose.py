@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 _LEAST_S, _MOST_S = 60.0, 432_000.0
 
 
+def _machine_time(said: str) -> float:
+    time_s = parse_quantity(said, TIME, name="--next")
+    if not _LEAST_S <= time_s <= _MOST_S:
+        raise ArgumentError("--next", said, "a time from 1 min to 120 h, such as 1h")
+    return time_s
+
+
 def diagnose(
     data: list[Path] = _measured.DATA_FILES,
     *,
@@ -34,9 +41,9 @@ def diagnose(
     next_s: float | None = option(
         "--next",
         "TIME",
-        "The best plan for so long at the machine, such as 1h, and what it will show. --suggest writes it, and beside "
-        "it as .csv and as G-code (.nc).",
-        read=lambda said: _machine_time(said),
+        "The best plan for so long at the machine, such as 1h, and what it will show. --suggest writes it, and "
+        "beside it as .csv and as G-code (.nc).",
+        read=_machine_time,
     ),
     force: bool = force("Write over what is there."),
     seed: int = _measured.SEED,
@@ -82,16 +89,7 @@ def diagnose(
         show_diagnosis(result, made | planned, as_json=json, seed=seed)
 
 
-def _machine_time(said: str) -> float:
-    time_s = parse_quantity(said, TIME, name="--next")
-    if not _LEAST_S <= time_s <= _MOST_S:
-        raise ArgumentError("--next", said, "a time from 1 min to 120 h, such as 1h")
-    return time_s
-
-
-def _next_hour(
-    result: Diagnosis, time_s: float, path: Path | None, *, force: bool, as_json: bool
-) -> dict[str, Any]:
+def _next_hour(result: Diagnosis, time_s: float, path: Path | None, *, force: bool, as_json: bool) -> dict[str, Any]:
     """Return what is said of the best plan for a time at the machine, and write it where a file is named."""
     from rtec.inference.next_plan import next_plan
     from rtec.report.diagnosis.next_hour import next_plan_document, next_plan_sentence, write_next_plan

@@ -100,16 +100,13 @@ def changes_since(comparison: Comparison) -> tuple[Change, ...]:
     Only parameters that the model states with a standard error are told of, as a file of an earlier diagnosis has
     them: what has worn, been adjusted or lost since. Judged as by `changes`.
     """
-    stated = [
-        term
-        for term, given in zip(comparison.model.terms, comparison.stated, strict=True)
-        if given and term.errors is not None and term.effect.untestable(comparison.dataset.conditions) is None
-    ]
+    c = comparison.dataset.conditions
+    given = zip(comparison.model.terms, comparison.stated, strict=True)
+    shown = [(term, is_given) for term, is_given in given if term.effect.untestable(c) is None]
+    stated = [term for term, is_given in shown if is_given and term.errors is not None]
     if not stated:
         return ()
-    model = comparison.model.with_terms(
-        term for term in comparison.model.terms if term in stated or term.effect.untestable(comparison.dataset.conditions) is None
-    )
+    model = comparison.model.with_terms(term for term, _ in shown)
     now = fit_model(comparison.dataset, model, all_open=True)
     compared = []
     for before, after in zip(model.terms, now.terms, strict=True):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def next_plan(diagnosis: Diagnosis, time_s: float) -> NextPlan | str:
         return "the measurement has no targets in mm or degrees, or way in motion, for a plan"
     repeated = _filled(measured, time_s)
     if repeated is None:
-        return f"one run of what was measured takes {measured.duration_s / measured.runs:.0f} s: more than there is time for"
+        return f"one run of what was measured takes {measured.duration_s / measured.runs:.0f} s"
     ties = _ties(diagnosis)
     before = _Expected(diagnosis, repeated, ties)
     best, key = before, before.key(before)
@@ -147,7 +147,7 @@ def _plans(measured: ExperimentPlan, diagnosis: Diagnosis, time_s: float) -> Ite
 
 
 def _in_turn(plan: ExperimentPlan) -> int:
-    return max(len(plan.feeds_mm_s), len(plan.shifts_mm), max(len(plan.loads_kg), 1))
+    return max(len(plan.feeds_mm_s), len(plan.shifts_mm), len(plan.loads_kg), 1)
 
 
 def _feeds(plan: ExperimentPlan) -> list[tuple[float, ...]]:
@@ -202,7 +202,7 @@ class _Expected:
         self.nats = [self._apart(one, other) for one, other in ties]
 
     def _samples(self) -> float:
-        """Return how many independent readings the plan gives: of a log as many in a second as in the one measured."""
+        """Return how many independent readings the plan gives: of a log as many in a second as were measured."""
         if not self.plan.in_motion:
             return float(self.c.rows)
         c = self.dataset.coordinates
@@ -265,7 +265,7 @@ class _Expected:
         for amplitude in term.effect.amplitudes(term.shape or Shape(), self.model.units):
             if amplitude.name == name:
                 return amplitude.unit, amplitude.factor
-        item = next(field for field in _fields(term) if field.name == name)
+        item = next(field for field in fields(term.effect.shape_type) if field.name == name)
         return self.model.units.of(item), 1.0
 
     def detectable(self) -> tuple[tuple[str, float], ...]:
@@ -287,14 +287,8 @@ class _Expected:
         return tuple((name, value / math.sqrt(self.weight)) for name, value in found.items())
 
 
-def _fields(term: Term) -> Sequence[object]:
-    from dataclasses import fields
-
-    return fields(term.effect.shape_type)
-
-
 def _derivatives(term: Term, c: Conditions, model: Model) -> Iterator[tuple[str, Floats]]:
-    """Yield how what is observed changes with each parameter of a term, shape (rows,); nothing of what has no plan."""
+    """Yield how what is observed changes with each parameter of a term, shape (rows,)."""
     if term.shape is None or term.amplitudes is None:
         return
     try:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, Floats, distance_since_reversal
@@ -26,7 +28,8 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
     >>> from rtec.dataset.load import load_dataset
     >>> from rtec.metrology import measurement_of_columns
     >>> x = [0.0, 50.0, 100.0, 100.0, 50.0, 0.0]
-    >>> data = load_dataset(measurement_of_columns({"target_mm": x, "deviation_um": x, "direction": [1, 1, 1, -1, -1, -1]}))
+    >>> way = [1, 1, 1, -1, -1, -1]
+    >>> data = load_dataset(measurement_of_columns({"target_mm": x, "deviation_um": x, "direction": way}))
     >>> c = planned_conditions(ExperimentPlan(runs=2, targets=3, start_mm=0.0, span_mm=100.0), data)
     >>> c.position[:6].tolist(), c.run.max().item(), c.direction[3:6].tolist()
     ([0.0, 50.0, 100.0, 100.0, 50.0, 0.0], 2, [-1.0, -1.0, -1.0])
@@ -34,7 +37,10 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
     position, direction, run, time_s, velocity, acceleration = (_log if plan.in_motion else _at_rest)(plan, dataset)
     c = dataset.conditions
     share = _course(plan, run, time_s)
-    loads = np.resize(plan.loads_kg or (0.0,), plan.runs)[run - 1]
+    load = None
+    if c.load is not None:
+        in_turn = np.resize(plan.loads_kg, plan.runs)[run - 1] if plan.loads_kg else None
+        load = _between(c.load, (run - 1) / max(plan.runs - 1, 1)) if in_turn is None else in_turn
     air = None if c.pressure_hpa is None else _between(c.pressure_hpa, share)
     return Conditions(
         position=position,
@@ -48,7 +54,7 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
         temperatures=MappingProxyType({name: _between(heat, share) for name, heat in c.temperatures.items()}),
         pressure_hpa=air,
         humidity_percent=None if c.humidity_percent is None else _between(c.humidity_percent, share),
-        load=None if c.load is None else (loads if plan.loads_kg else _between(c.load, (run - 1) / max(plan.runs - 1, 1))),
+        load=load,
         others=MappingProxyType({name: _between(values, share) for name, values in c.others.items()}),
         reference_temperature_degc=c.reference_temperature_degc,
         screw_pitch=c.screw_pitch,
@@ -58,7 +64,18 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
     )
 
 
-def _at_rest(plan: ExperimentPlan, dataset: Dataset) -> tuple[Floats, ...]:
+class _Course(NamedTuple):
+    """What an axis does at each reading, shape (rows,)."""
+
+    position: Floats
+    direction: Floats
+    run: NDArray[np.int64]
+    time_s: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
+def _at_rest(plan: ExperimentPlan, dataset: Dataset) -> _Course:
     every = list(readings_of_plan(plan))
     place = np.array([one.target_mm for one in every])
     way = np.array([float(one.direction) for one in every])
@@ -69,10 +86,10 @@ def _at_rest(plan: ExperimentPlan, dataset: Dataset) -> tuple[Floats, ...]:
     back = plan.span_mm / feed if plan.passes is Passes.FORWARD else 0.0
     gone = np.abs(np.diff(place, prepend=place[0])) / feed
     taken = plan.dwell_s + np.where(first, turning + back, gone)
-    return place, way, run, np.cumsum(taken), way * feed, np.zeros(place.size)
+    return _Course(place, way, run, np.cumsum(taken), way * feed, np.zeros(place.size))
 
 
-def _log(plan: ExperimentPlan, dataset: Dataset) -> tuple[Floats, ...]:
+def _log(plan: ExperimentPlan, dataset: Dataset) -> _Course:
     """Return strokes of even acceleration, as a log of them would show them."""
     c = dataset.conditions
     known = np.abs(c.acceleration) if c.acceleration is not None else np.zeros(1)
@@ -81,28 +98,29 @@ def _log(plan: ExperimentPlan, dataset: Dataset) -> tuple[Floats, ...]:
     at, clock = plan.start_mm, 0.0
     for one in readings_of_plan(plan):
         length = abs(one.target_mm - at)
-        top = min(one.feed_mm_s, float(np.sqrt(length * brisk)))
-        lasts = length / top + top / brisk
-        turns.append((one.run, at, one.direction, top, brisk, clock, lasts))
+        peak = min(one.feed_mm_s, float(np.sqrt(length * brisk)))
+        lasts = length / peak + peak / brisk
+        turns.append((one.run, at, one.direction, peak, brisk, clock, lasts))
         at, clock = one.target_mm, clock + lasts
     times = np.linspace(0.0, clock, _MOST_SAMPLES, endpoint=False)
-    number, start, way, top, rate, begins, lasts = (np.array(column) for column in zip(*turns, strict=True))
+    number, start, way, tops, rate, begins, durations = (np.array(column) for column in zip(*turns, strict=True))
     k = np.searchsorted(begins, times, side="right") - 1
-    t, ramp = times - begins[k], top[k] / rate[k]
-    left = lasts[k] - t
-    speed = np.minimum(np.minimum(t, left) * rate[k], top[k])
-    gone = np.where(t < ramp, 0.5 * rate[k] * t**2, top[k] * (t - ramp / 2.0))
-    ending = left < ramp
-    whole = top[k] * (lasts[k] - ramp)
-    gone = np.where(ending, whole - 0.5 * rate[k] * left**2, gone)
-    pull = np.where(t < ramp, rate[k], np.where(ending, -rate[k], 0.0))
-    return (start[k] + way[k] * gone, way[k], number[k].astype(np.int64), times, way[k] * speed, way[k] * pull)
+    top, pull, ways = tops[k], rate[k], way[k]
+    t = times - begins[k]
+    left = durations[k] - t
+    ramp = top / pull
+    speed = np.minimum(np.minimum(t, left) * pull, top)
+    whole = top * (durations[k] - ramp)
+    gone = np.where(t < ramp, 0.5 * pull * t**2, top * (t - ramp / 2.0))
+    gone = np.where(left < ramp, whole - 0.5 * pull * left**2, gone)
+    push = np.where(t < ramp, pull, np.where(left < ramp, -pull, 0.0))
+    return _Course(start[k] + ways * gone, ways, number[k].astype(np.int64), times, ways * speed, ways * push)
 
 
-def _course(plan: ExperimentPlan, run: Floats, time_s: Floats) -> Floats:
+def _course(plan: ExperimentPlan, run: NDArray[np.int64], time_s: Floats) -> Floats:
     """Return how warm the machine is at each reading, from 0 to 1."""
     if plan.heating is Heating.COLD_AND_HOT:
-        return (run - 1) % 2 + 0.0
+        return ((run - 1) % 2).astype(np.float64)
     if plan.heating is Heating.ONE_RISE:
         rise: Floats = -np.expm1(-time_s / _RISE_S)
         return rise

@@ -1,4 +1,4 @@
-"""What an experiment plan comes to: its readings one by one as CSV, and a program of G-code that goes through them."""
+"""What an experiment plan comes to: its readings one by one as CSV, and a program of G-code through them."""
 
 from __future__ import annotations
 

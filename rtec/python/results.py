@@ -227,7 +227,9 @@ class Diagnosis(_OfReadings):
 
         found = next_plan(self.inside, parse_quantity(time, TIME, name="time"))
         if isinstance(found, str):
-            raise ArgumentError("time", time, "another time, or a measurement of targets", problem=f"no plan: {found}")
+            raise ArgumentError(
+                "time", time, "another time, or a measurement of targets", problem=f"no plan: {found}"
+            )
         units = self.dataset.units
         files = {} if plan is None else write_next_plan(Path(plan), found, units)
         document = next_plan_document(found, units, files)

@@ -284,7 +284,18 @@ def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, c
     found = printed("diagnose", "z.csv") | written
     # what only some answers hold: an unknown structure, and readings that were left out
     sometimes = {"depends_on", "period", "period_unit", "frequency_hz", "description", "row", "deviation"}
-    curve = {"over", "across", "by_direction", "rms", "descriptions", "values", "errors", "at", "at_across", "directions"}
+    curve = {
+        "over",
+        "across",
+        "by_direction",
+        "rms",
+        "descriptions",
+        "values",
+        "errors",
+        "at",
+        "at_across",
+        "directions",
+    }
     assert json_keys["diagnose"] - sometimes - curve <= found <= json_keys["diagnose"]
     assert json_keys["diagnose"] == found | printed("diagnose", "bump.csv") | curve
     assert printed("add", "backlash", "z.csv", "-o", "b.toml") <= json_keys["diagnose"]

@@ -13,8 +13,8 @@ from rtec.inference.results import Diagnosis
 from rtec.report.appearance import printable
 from rtec.report.diagnosis.quantities import Shown, shown_for
 from rtec.report.diagnosis.readings import position_label
-from rtec.report.figures_style import new_figure
 from rtec.report.diagnosis.sentence import spoken
+from rtec.report.figures_style import new_figure
 from rtec.report.palette import BAND, FORWARD, GUIDE, PAPER, SERIES
 from rtec.units import symbol
 
@@ -32,8 +32,8 @@ SEVERAL_CAPTION = (
 
 
 PARAMETERS_CAPTION = (
-    "Each parameter in the order of the measurements, with two standard errors; the grey band is the first, or what the "
-    "model states. Filled marks differ from it."
+    "Each parameter in the order of the measurements, with two standard errors; the grey band is the first, or what "
+    "the model states. Filled marks differ from it."
 )
 _MOST_PARAMETERS = 9
 _COLUMNS = 3
@@ -63,9 +63,9 @@ def parameters_figure(found: Changes, against: str) -> Figure | None:
         axes.axhspan(value - half, value + half, color=BAND, linewidth=0)
         for k, name in enumerate(names):
             if name in changes and (other := changes[name].other) is not None:
-                differs = changes[name].outcome is Outcome.DIFFERS
-                axes.errorbar(k, float(other.value), 2.0 * float(other.error or 0.0), fmt="o", color=FORWARD, capsize=3,
-                              markerfacecolor=FORWARD if differs else PAPER)  # fmt: skip
+                inside = FORWARD if changes[name].outcome is Outcome.DIFFERS else PAPER
+                reach = 2.0 * float(other.error or 0.0)
+                axes.errorbar(k, float(other.value), reach, fmt="o", color=FORWARD, capsize=3, markerfacecolor=inside)
         axes.set_xticks(range(len(names)), [_short(name)[:14] for name in names], rotation=30, ha="right")
         axes.set_xlim(-0.5, len(names) - 0.5)
         what = spoken(effect) if parameter in ("", effect) else f"{spoken(effect)}: {spoken(parameter)}"

@@ -127,6 +127,4 @@ def write_several(results: Results, found: Changes, folder: Path, against: str =
         "changes": [(printable(name), change_rows(of_file)) for name, of_file in found.items()],
     }
     document = several_document(results, found)
-    return write_page_folder(
-        folder, drawn(plates), document, "diagnosis/several.html.j2", values, beside=write_parts
-    )
+    return write_page_folder(folder, drawn(plates), document, "diagnosis/several.html.j2", values, beside=write_parts)

@@ -24,8 +24,8 @@ def next_plan_sentence(found: NextPlan, units: Units) -> str:
     parts = [f"The next {quantity_text(plan.duration_s / 60.0, 'min', digits=2)}: {_what(plan)}."]
     if plan.dwell_s < found.repeated.dwell_s and not plan.in_motion:
         parts.append(
-            f"The rests of {plan.dwell_s:.3g} s are shorter than the {found.repeated.dwell_s:.3g} s of before: see that "
-            "repeated readings stay as close together."
+            f"The rests of {plan.dwell_s:.3g} s are shorter than the {found.repeated.dwell_s:.3g} s of before: see "
+            "that repeated readings stay as close together."
         )
     told = [f"{spoken(one)} from {spoken(other)}" for one, other, nats in found.apart if nats >= ENOUGH]
     if told:
@@ -46,13 +46,15 @@ def next_plan_sentence(found: NextPlan, units: Units) -> str:
     least = sorted((value, name) for name, value in found.detectable if math.isfinite(value))
     if least:
         value, name = least[len(least) // 2]
-        parts.append(f"An effect such as {spoken(name)} shows from {quantity_text(value * factor, unit, digits=2)} RMS on.")
+        parts.append(
+            f"An effect such as {spoken(name)} shows from {quantity_text(value * factor, unit, digits=2)} RMS on."
+        )
     return " ".join(parts)
 
 
 def _what(plan: ExperimentPlan) -> str:
     unit = "deg" if plan.rotary else "mm"
-    feeds = " and ".join(f"{feed:.3g}" for feed in plan.feeds_mm_s)
+    feeds = joined(f"{feed:.3g}" for feed in plan.feeds_mm_s)
     ways = "in both directions" if plan.passes is Passes.BOTH else "forward"
     span = f"from {plan.start_mm:.6g} to {plan.end_mm:.6g} {unit}"
     runs = f"{plan.runs} run{'s' if plan.runs > 1 else ''}"
@@ -86,7 +88,13 @@ def next_plan_document(found: NextPlan, units: Units, files: dict[str, str]) -> 
         "columns": list(plan.columns),
         "told_apart": [{"effects": [a, b], "nats": nats} for a, b, nats in found.apart],
         "standard_errors": [
-            {"effect": s.effect, "parameter": s.parameter, "unit": s.unit, "planned": s.planned, "repeated": s.repeated}
+            {
+                "effect": s.effect,
+                "parameter": s.parameter,
+                "unit": s.unit,
+                "planned": s.planned,
+                "repeated": s.repeated,
+            }
             for s in found.sharper
         ],
         "minimum_detectable": {name: value * factor for name, value in found.detectable},

@@ -85,14 +85,16 @@ def _plain_value(value: Value | None) -> list[float | str | None] | None:
 
 
 def several_table(results: Results, found: Changes, first: str = "") -> Group:
-    """Return what is left of each measurement, and what differs from the first of them or from what is named ``first``."""
+    """Return what is left of each measurement, and what differs from the first of them, or from ``first``."""
     table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
     table.add_column("file", overflow="fold")
     for head in heads_of(results):
         table.add_column(head, justify="right")
     for name, cells in left_rows(results):
         table.add_row(Text(name), *cells)
-    return Group(table, *(changes_table(first or next(iter(results)), name, of_file) for name, of_file in found.items()))
+    return Group(
+        table, *(changes_table(first or next(iter(results)), name, of_file) for name, of_file in found.items())
+    )
 
 
 def heads_of(results: Results) -> tuple[str, ...]:
