@@ -35,8 +35,10 @@ _INSIDE = 1e-6
 """Share of an effect that a curve may miss where it can say all that the effect does."""
 _PROMISING, _FEW = 4, 3
 """Curves of which all nodes are tried, and of how many nodes each is looked at first."""
-_PAIRED = ("position", "time", "velocity", "since_reversal", "load")
+_PAIRED = ("position", "time", "velocity", "load")
 _MOST_HEAT = 3
+_SAME_PLACE = 0.02
+"""Of the span, by which passes may begin at other places and still go from end to end."""
 PLACES = 161
 """Of a curve, at which it is drawn and described."""
 
@@ -102,8 +104,9 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     single = [name for name in ("position", "time", "velocity", "acceleration", "load", "pressure", "humidity")
               if quantity_of(c, name) is not None]  # fmt: skip
     single += [*heat, *others, *_phases(c)]
-    texts = [*single, *(f"{name}*direction" for name in ("position", "since_reversal", "time", *_phases(c), *heat))]
-    paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
+    gone = [] if _is_place(c) else ["since_reversal"]
+    texts = [*single, *(f"{name}*direction" for name in ("position", *gone, "time", *_phases(c), *heat))]
+    paired = [name for name in (*_PAIRED, *gone) if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
         texts += [f"{one}*{two}", f"{one}*{two}*direction"]
     texts += [
@@ -128,6 +131,17 @@ def _same_map(choice: Choice, curve: Curve) -> bool:
 def _same_form(choice: Choice, curve: Curve) -> bool:
     """Return whether an effect is a map or a wave over what a curve is over: a sum of such resembles anything."""
     return _same_map(choice, curve) or (choice[0].is_wave and "position" in curve.quantities)
+
+
+def _is_place(c: Conditions) -> bool:
+    """Return whether the way since a reversal says no more than place and direction, as of passes from end to end."""
+    if c.since_reversal is None or c.direction is None or c.time_is_coordinate:
+        return True
+    return all(
+        float(np.ptp(c.since_reversal[rows] - way * c.position[rows])) <= _SAME_PLACE * c.span
+        for way in (1.0, -1.0)
+        if (rows := c.direction == way).any()
+    )
 
 
 def _score(model: Scored) -> float:
