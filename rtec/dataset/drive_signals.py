@@ -106,6 +106,32 @@ def stages_of(rate_hz: float) -> tuple[int, ...]:
     return (*stages, round(left)) if round(left) > 1 else tuple(stages)
 
 
+def even_rate(time_s: Floats, stretches: list[Stretch]) -> float | None:
+    """Return the sampling rate of an evenly sampled log in Hz, or None where it is not.
+
+    Even: no time is farther from the best regular grid than a tenth of the interval, or half of the last digit
+    in which the file writes its times. A lost sample makes a log uneven.
+
+    Examples
+    --------
+    >>> even_rate(np.array([0.0, 0.1, 0.2, 0.3]), [(0, 4)]), even_rate(np.array([0.0, 0.1, 0.31, 0.4]), [(0, 4)])
+    (10.0, None)
+    """
+    counts = [np.arange(end - begin) - (end - begin - 1) / 2.0 for begin, end in stretches]
+    times = [time_s[begin:end] - time_s[begin:end].mean() for begin, end in stretches]
+    spread = sum(float(count @ count) for count in counts)
+    interval = sum(float(count @ time) for count, time in zip(counts, times, strict=True)) / (spread or 1.0)
+    if interval <= 0.0:
+        return None
+    few, last_digit = time_s[:: max(1, time_s.size // 1000)], 0.0
+    for digits in range(6, -1, -1):
+        step = 10.0**-digits
+        if step <= interval and np.abs(few - np.round(few, digits)).max() <= 1e-3 * step:
+            last_digit = step
+    far = max(np.ptp(time - interval * count) for count, time in zip(counts, times, strict=True))
+    return float(f"{1.0 / interval:.9g}") if far <= max(0.2 * interval, 1.02 * last_digit) else None
+
+
 def settling_samples(rate_hz: float) -> int:
     """Return the samples dropped at each end."""
     return max(1, round(_SETTLING_S * rate_hz))

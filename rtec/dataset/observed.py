@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.dataset.moving_log import unwrapped
 from rtec.effects import Observable
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError, unknown
@@ -96,6 +95,20 @@ def without_wraps(positions: Positions) -> Positions:
         values["deviation"] = _within_a_turn(values["actual"] - values["target"], turn)
     note = "the position jumps by a turn where the single-turn counter starts again: made continuous"
     return Positions(values=values, unit=positions.unit, notes=(*positions.notes, note))
+
+
+def unwrapped(angle: Floats, turn: float) -> Floats:
+    """Return the angle of a single-turn encoder in a log without its jumps at the end of a turn.
+
+    What does not stay within one turn is no single-turn counter and comes back as it is.
+
+    Examples
+    --------
+    >>> unwrapped(np.array([8190.0, 8191.0, 0.0, 1.0]), 8192.0).tolist()
+    [8190.0, 8191.0, 8192.0, 8193.0]
+    """
+    jumps = np.ptp(angle) <= turn and np.abs(np.diff(angle)).max(initial=0.0) > turn / 2
+    return np.unwrap(angle, period=turn) if jumps else angle
 
 
 def _within_a_turn(angle: Floats, turn: float) -> Floats:

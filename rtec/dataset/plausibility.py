@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from rtec.dataset.at_rest import clock_runs_back
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.moving_log import is_moving
+from rtec.dataset.from_measurement import clock_runs_back
+from rtec.dataset.kind import is_moving
 from rtec.dataset.outliers import FAR, far_from_neighbours, robust_scale
 from rtec.dataset.repeats import members_of, pair_numbers, place_numbers
 from rtec.dataset.run_agreement import Misfit, misfits
