@@ -37,11 +37,6 @@ def last_direction(position: Floats, run: Ints, least: float | None = None) -> F
 
     Before the first motion of a run it is the direction of that, 0 in a run without motion. To have turned, the axis
     goes back by more than ``least``, 1e-5 of the span of all positions where it is None: less is rounding.
-
-    Examples
-    --------
-    >>> last_direction(np.array([0.0, 0.0, 1.0, 2.0, 2.0, 1.0]), np.ones(6, dtype=np.int64)).tolist()
-    [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]
     """
     direction = np.zeros(position.size)
     least = _TURNED * float(np.ptp(position)) if least is None else least
@@ -57,12 +52,6 @@ def dead_zone(position: Floats, run: Ints, least: float) -> float:
     Noise makes turns of every small size, an axis makes turns of the sizes that its program has. So the dead zone
     grows from ``least`` in factors of 4 until a zone 4 times wider still finds every turn. Where there is no such
     gap between small and large turns, it is ``least``.
-
-    Examples
-    --------
-    >>> noisy = 5.0 * np.abs(np.linspace(-1.0, 1.0, 2000)) + np.random.default_rng(1).normal(0.0, 0.05, 2000)
-    >>> 0.1 < dead_zone(noisy, np.ones(2000, dtype=np.int64), 0.01) < 1.0
-    True
     """
     if least <= 0.0:
         return least

@@ -8,11 +8,11 @@ from enum import Enum
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
+from rtec.dataset.drive_signals import local_derivatives
 from rtec.dataset.from_measurement import rows_of, run_numbers
 from rtec.dataset.observed import coordinate_of, observed_quantity, position_of, without_wraps
 from rtec.dataset.rows import Rows
 from rtec.dataset.standstill import Ints, rest_numbers, rest_stretches, starts_of_groups, stretches_of
-from rtec.dataset.transient import without_transient
 from rtec.effects.conditions import Floats
 from rtec.metrology import AxisFacts, Measurement
 
@@ -22,6 +22,8 @@ _SLOWEST_LOG_S = 1.0
 _SMALL_STEP = 0.01  # of the span: a test that reads faster than once a second has no hundred targets on the way
 _MOVES = 1e-3  # share of the span that an axis goes within a stretch of a log; at rest it is only read again
 _HELD_SHARE, _HELD_PLACES, _EVEN_STEPS = 2 / 3, 20, 0.2  # of a log of places held: rows at rest, places, spread
+_STEADY = 0.05  # departure from a straight line, as a share of the way, of a run at constant speed
+_FASTER = 5.0  # than ever later is the axis in a transient
 
 
 class Kind(Enum):
@@ -64,12 +66,6 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
     - or below 1 s, where half of the steps that are steps at all stay below 1 % of the span.
 
     Everything else is readings at rest: also a test with a time column in which minutes pass between targets.
-
-    Examples
-    --------
-    >>> t, run = np.arange(100) * 0.01, np.ones(100, dtype=np.int64)
-    >>> is_moving(t, np.sin(t), run, False), is_moving(t * 1000, np.sin(t), run, False)
-    (True, False)
     """
     same_run, span = run[1:] == run[:-1], float(np.ptp(position))
     if has_velocity:
@@ -84,6 +80,51 @@ def is_moving(time_s: Floats | None, position: Floats, run: Ints, has_velocity: 
     if median >= _SLOWEST_LOG_S or 2 * (end - begin)[reach > _MOVES * span].sum() <= time_s.size:
         return False
     return bool(median < _FASTEST_TEST_S or np.median(steps[steps > 0]) < _SMALL_STEP * span)
+
+
+def without_transient(log: Rows) -> Rows:
+    """Leave out the motion before the test proper, at the start of each run at constant speed."""
+    if log.time_s is None or log.coordinate == "time":
+        return log
+    kept, notes = np.ones(len(log), dtype=np.bool_), []
+    for begin, end in stretches_of(log.time_s, log.run):
+        if begin and log.run[begin] == log.run[begin - 1]:
+            continue
+        time_s = log.time_s[begin:end]
+        count = transient_rows(time_s, log.position[begin:end])
+        if count:
+            kept[begin : begin + count] = False
+            which = "" if np.ptp(log.run) == 0 else f" of run {log.run[begin]}"
+            why = "the axis is still in another motion (homing) there, far off the constant speed that it keeps later"
+            notes.append(f"the first {time_s[count] - time_s[0]:.2f} s{which} ({count} rows) are left out: {why}")
+    return replace(log.keep(kept), notes=(*log.notes, *notes))
+
+
+def transient_rows(time_s: Floats, position: Floats) -> int:
+    """Return how many rows at the start of a run at constant speed belong to the motion before it (homing).
+
+    Time and unwrapped position are of one stretch, shape (rows,). It is a run at constant speed where a straight line
+    through the second half of its rows is nowhere farther off than 5 % of the way. The range of the velocity there
+    (local parabolas through 21 rows), widened by a tenth on both sides, is the usual range. The transient lasts as
+    long as the velocity, in the first quarter of the rows, still leaves the usual range, and a tenth of that time
+    more, in which the axis rings. It counts as one only if in it the axis is five times faster than ever in the
+    second half: slip between cogging positions is part of the run, and so is an acceleration from rest.
+    """
+    half = time_s.size // 2
+    if half < _FEWEST_ROWS or time_s[-1] <= time_s[half]:
+        return 0
+    since, later = time_s[half:] - time_s[half], position[half:]
+    line = np.polyfit(since, later, 1)
+    way = abs(line[0]) * since[-1]
+    if way == 0.0 or np.abs(later - np.polyval(line, since)).max() > _STEADY * way:
+        return 0
+    velocity, _ = local_derivatives(time_s, position)
+    low, high = velocity[half:].min(), velocity[half:].max()
+    margin, early = 0.1 * (high - low) + 1e-6 * abs(line[0]), velocity[: time_s.size // 4]
+    unusual = np.flatnonzero((early < low - margin) | (early > high + margin))
+    until = time_s[0] + 1.1 * (time_s[unusual[-1]] - time_s[0]) if unusual.size else -np.inf
+    rows = int(np.searchsorted(time_s, until, side="right"))
+    return rows if np.abs(velocity[:rows]).max(initial=0.0) > _FASTER * np.abs(velocity[half:]).max() else 0
 
 
 def with_rests(log: Rows) -> Rows:

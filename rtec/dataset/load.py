@@ -90,17 +90,6 @@ def positioning_warnings(measurement: Measurement, facts: Mapping[str, str] | No
 
     Only targets, deviations, directions and runs are looked at: other columns and a clock that runs back, which a
     search refuses, do not matter. ``facts``, and errors, are as of `load_dataset`.
-
-    Examples
-    --------
-    >>> from rtec.metrology import Readings, measurement_of_readings
-    >>> up, down, runs = [0.0, 8, 17, 30, 41], [41.0, 30, 17, 8, 0], 4
-    >>> error = np.random.default_rng(1).normal(0.0, 0.001, 40)
-    >>> error[17] = 0.1
-    >>> r = Readings(target_mm=(up + down) * 4, deviation_mm=error, direction=([1] * 5 + [-1] * 5) * 4,
-    ...              run=np.repeat([1, 2, 3, 4], 10))
-    >>> positioning_warnings(measurement_of_readings(r, {}))
-    ('reading 18, column deviation: 100 µm is far from the other readings at 17 mm backward: an outlier?',)
     """
     if measurement.rows < FEWEST_ROWS:
         return ()

@@ -48,13 +48,7 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
 
 
 def observable_of(quantity: str) -> Observable:
-    """Return what kind of quantity is observed.
-
-    Examples
-    --------
-    >>> observable_of("force").value, observable_of("temperature").value
-    ('drive', 'deviation')
-    """
+    """Return what kind of quantity is observed."""
     return Observable.DRIVE if quantity in DRIVE else Observable.DEVIATION
 
 
@@ -101,11 +95,6 @@ def unwrapped(angle: Floats, turn: float) -> Floats:
     """Return the angle of a single-turn encoder in a log without its jumps at the end of a turn.
 
     What does not stay within one turn is no single-turn counter and comes back as it is.
-
-    Examples
-    --------
-    >>> unwrapped(np.array([8190.0, 8191.0, 0.0, 1.0]), 8192.0).tolist()
-    [8190.0, 8191.0, 8192.0, 8193.0]
     """
     jumps = np.ptp(angle) <= turn and np.abs(np.diff(angle)).max(initial=0.0) > turn / 2
     return np.unwrap(angle, period=turn) if jumps else angle

@@ -31,13 +31,7 @@ _FASTER = 4.0  # than usual at standstill is a velocity that contradicts the pos
 
 
 def stretches_of(time_s: Floats | None, run: Ints) -> list[Stretch]:
-    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another.
-
-    Examples
-    --------
-    >>> stretches_of(np.array([0.0, 1, 2, 3, 30, 31]), np.ones(6, dtype=np.int64)), stretches_of(None, np.ones(6))
-    ([(0, 4), (4, 6)], [(0, 6)])
-    """
+    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another."""
     new = run[1:] != run[:-1]
     if time_s is not None:
         steps = np.diff(time_s)
@@ -92,12 +86,6 @@ def band_of(position: Floats, run: Ints) -> float:
     """Return the width of the band that a position at rest does not leave, in the unit of the position.
 
     Two steps of the resolution (one in twenty of all steps is smaller), or six standard deviations of the noise.
-
-    Examples
-    --------
-    >>> x = np.round(np.sin(np.arange(0.0, 30.0, 0.01)), 2)
-    >>> round(band_of(x, np.ones(x.size, dtype=np.int64)), 3)
-    0.02
     """
     same = run[1:] == run[:-1]
     steps = np.abs(np.diff(position))[same]
@@ -132,13 +120,6 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
     usually stays the same while the axis moves, without drifting through the band and without turning in it (of less
     than 0.1 s the motion before and after tells); a velocity column does not contradict it. Neighbouring stretches at
     the same place are one.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 6.0, 0.01)
-    >>> x = np.round(np.clip(t - 2.0, 0.0, 2.0), 3)
-    >>> rest_stretches(t, x, np.ones(t.size, dtype=np.int64), None)
-    [(0, 201), (400, 600)]
     """
     band = band_of(position, run)
     if band == 0.0:

@@ -38,7 +38,10 @@ def _of_readings(rows: Rows) -> Dataset:
     if rows.direction is None and not over_time:
         rows = _direction_of_steps(_one_way_runs(rows) if number_runs else rows)
     rows = _speed_of_approach(rows)
-    numbers = np.full(len(rows), -1, dtype=np.int64) if over_time else _condition_numbers(rows)
+    numbers = np.full(len(rows), -1, dtype=np.int64)
+    if not over_time:
+        speed = None if rows.velocity is None else np.abs(rows.velocity)
+        numbers = condition_numbers(rows.position, rows.direction, speed, rows.other_axes.values())
     if number_runs:
         if np.ptp(rows.run) == 0 and np.ptp(rows.position) > 0.0:
             rows = runs_of_passes(rows, numbers)
@@ -111,9 +114,3 @@ def runs_of_passes(rows: Rows, conditions: Ints) -> Rows:
         return rows
     note = f"no column 'run': {found[-1]} passes over the same places count as runs"
     return replace(rows, run=found, notes=(*rows.notes, note))
-
-
-def _condition_numbers(rows: Rows) -> Ints:
-    """Return a number for each reading: the same where it was taken under the same conditions."""
-    speed = None if rows.velocity is None else np.abs(rows.velocity)
-    return condition_numbers(rows.position, rows.direction, speed, rows.other_axes.values())

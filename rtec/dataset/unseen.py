@@ -39,12 +39,6 @@ def other_step(conditions: Conditions) -> float | None:
 
     As a vernier does: after so many targets they are one step of the old grid further. None where nothing is hidden,
     and where the targets are too few to go round several times.
-
-    Examples
-    --------
-    >>> x = np.arange(0.0, 1000.1, 5.0)
-    >>> other_step(Conditions(position=x, position_unit="mm", run=np.ones(201, dtype=np.int64)))
-    5.2173913
     """
     step = _grid(conditions)
     if step is None or conditions.places.size < _SWEEPS * _VERNIER:
