@@ -113,13 +113,7 @@ def one_clock(rows: Rows) -> Rows:
 
 
 def clock_runs_back(time_s: Floats, run: Ints) -> Ints:
-    """Return the rows whose time is before that of the row above, in the same run; a run may have its own clock.
-
-    Examples
-    --------
-    >>> clock_runs_back(np.array([0.0, 2.0, 1.0, 0.0]), np.array([1, 1, 1, 2])).tolist()
-    [2]
-    """
+    """Return the rows whose time is before that of the row above, in the same run; a run may have its own clock."""
     return np.flatnonzero((np.diff(time_s) < 0) & (run[1:] == run[:-1])) + 1
 
 

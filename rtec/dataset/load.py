@@ -61,8 +61,8 @@ def load_dataset(
     Notes
     -----
     Positions are in mm, degrees, or counts of unknown size; without a position, time is the coordinate, and without
-    either a velocity makes the file a table of readings at rest, all at place 0. `rtec.dataset.kind`
-    tells the kinds of files apart, and each has a pipeline of its own; what was done to this file say its ``notes``.
+    either a velocity makes the file a table of readings at rest, all at place 0. `rtec.dataset.kind` tells the kinds
+    of files apart, and each has a pipeline of its own; the ``notes`` say what was done to this file.
 
     The direction of a reading at rest is its column, or the sign of the motion to it. Where no column numbers the
     runs, but whole passes over the same conditions follow each other, or the axis returns in one go between passes in

@@ -167,24 +167,16 @@ def _differentiated(
     begins = np.cumsum([0, *(end - begin - 2 * ends for begin, end in long)]).tolist()
     kept = np.zeros(len(log), dtype=np.bool_)
     columns = np.empty((3 if log.velocity is None else 4, begins[-1]))
-    late: list[float] = []
+    lags_s = []
     for (begin, end), (first, last) in zip(long, itertools.pairwise(begins), strict=True):
-        time_s, position = np.arange(end - begin) / rate, log.position[begin:end]
-        found = [*smooth_derivatives(time_s, position, cutoff_hz)]
-        if log.velocity is not None:
-            given = log.velocity[begin:end]
-            lag_s = lag_of(rate, position, given) if log.coordinate != "time" else 0.0
-            if lag_s:
-                given = given + lag_s * rate * np.gradient(given)
-                late.append(lag_s)
-            velocity, acceleration, _ = smooth_derivatives(time_s, given, cutoff_hz)
-            found = [found[0], velocity, acceleration, np.abs(given - velocity)]
+        found, lag_s = _derivatives(log, slice(begin, end), rate, cutoff_hz)
         for column, values in zip(columns, found, strict=True):
             column[first:last] = values[ends : end - begin - ends]
         kept[begin + ends : end - ends] = True
+        lags_s += [lag_s] if lag_s else []
     what, notes = "position" if log.velocity is None else "velocity column", [*log.notes]
-    if late:
-        notes.append(f"the velocity column is {1e3 * float(np.median(late)):.3g} ms behind the position: set right")
+    if lags_s:
+        notes.append(f"the velocity column is {1e3 * float(np.median(lags_s)):.3g} ms behind the position: set right")
     notes.append(
         f"{what} through a 4-pole Butterworth low pass at {cutoff_hz:g} Hz, forwards and backwards (no phase), "
         f"central differences, {ends / rate:.2g} s dropped at each end"
@@ -203,6 +195,23 @@ def _differentiated(
     off = columns[3] if len(columns) > 3 else None
     log = replace(log, position=position, velocity=columns[1], acceleration=columns[2], smoothed_off=off)
     return replace(log, notes=tuple(notes)), resample
+
+
+def _derivatives(log: Rows, part: slice, rate: float, cutoff_hz: float) -> tuple[list[Floats], float]:
+    """Return smooth position, velocity and acceleration of a stretch; beside a velocity column what the filter took.
+
+    Also by how many seconds a velocity column was late, 0 where there is none.
+    """
+    time_s, position = np.arange(part.stop - part.start) / rate, log.position[part]
+    smooth, velocity, acceleration = smooth_derivatives(time_s, position, cutoff_hz)
+    if log.velocity is None:
+        return [smooth, velocity, acceleration], 0.0
+    given = log.velocity[part]
+    lag_s = lag_of(rate, position, given) if log.coordinate != "time" else 0.0
+    if lag_s:
+        given = given + lag_s * rate * np.gradient(given)
+    velocity, acceleration, _ = smooth_derivatives(time_s, given, cutoff_hz)
+    return [smooth, velocity, acceleration, np.abs(given - velocity)], lag_s
 
 
 def _with_creep(log: Rows, count: float, least: float) -> Rows:

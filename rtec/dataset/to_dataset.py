@@ -23,8 +23,7 @@ from rtec.metrology.columns import MOST_AXES
 
 FEWEST_ROWS = 3
 """Below, nothing at all can be told from noise."""
-_COLUMNS = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration")
-_AROUND = ("pressure_hpa", "humidity_percent", "load")
+_SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "load")
 _SAME_LOAD = 0.01  # of what the loads differ by
 
 
@@ -44,7 +43,9 @@ def with_conditions(rows: Rows, *, moving: bool) -> tuple[Rows, Conditions]:
     if rows.time_s is None and rows.coordinate != "velocity":
         notes.insert(0, "no time column: row order counts as time")
     conditions = Conditions(
-        **{name: getattr(rows, name) for name in (*_COLUMNS, *_AROUND)},
+        **{name: getattr(rows, name) for name in _SHARED},
+        pressure_hpa=rows.pressure_hpa,
+        humidity_percent=rows.humidity_percent,
         moving=moving,
         since_reversal=since,
         temperatures=MappingProxyType(rows.temperatures),

@@ -47,14 +47,7 @@ def other_step(conditions: Conditions) -> float | None:
 
 
 def shifted_targets(conditions: Conditions) -> str | None:
-    """Return the smallest change of the targets that would show the unseen periods, or None where nothing is hidden.
-
-    Examples
-    --------
-    >>> x, run = np.tile(np.arange(0.0, 101.0, 5.0), 3), np.repeat([1, 2, 3], 21)
-    >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
-    'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
-    """
+    """Return the smallest change of the targets that would show the unseen periods; None where nothing is hidden."""
     unit = conditions.position_unit
     if (other := other_step(conditions)) is not None:
         apart = f"{other:.4g} {unit} apart instead of {_grid(conditions):.4g} {unit}"
