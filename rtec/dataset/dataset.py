@@ -115,13 +115,9 @@ class Dataset:
         for heading, values in self.unknown:
             if (axis := axis_of_heading(heading)) is not None:
                 if axis[0] in found or axis[0] == self.axis:
-                    what = (
-                        "the position of the measured axis"
-                        if axis[0] == self.axis
-                        else "a second position of its axis"
-                    )
+                    what = "the position of the measured" if axis[0] == self.axis else "a second position of its"
                     allowed = "one column for the position of each other axis"
-                    raise FileFormatError(self.source, None, f"{heading} is {what}", allowed)
+                    raise FileFormatError(self.source, None, f"{heading} is {what} axis", allowed)
                 found[axis[0]] = values * axis[1].factor
         return dict(sorted(found.items()))
 

@@ -52,13 +52,6 @@ def cutoff_of(
     frequency. ``parts`` are stretches of samples, each of shape (samples,). The noise is that of rounding to
     ``step``, or what is left in the highest frequencies if that is more; of a velocity (not ``noisy``), whose
     spectrum falls more slowly, the latter may be motion, and of a ``commanded`` position it is.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 20.0, 0.01)
-    >>> fine, coarse = (cutoff_of([np.round(np.sin(t**2 / 2), digits)], 100.0, 10.0**-digits) for digits in (9, 2))
-    >>> fine, 3.0 < coarse < 6.0
-    (20.0, True)
     """
     most = min(_CUTOFF_HZ, (_OF_COMMANDS if commanded else _CUTOFF_SHARE) * rate_hz)
     bends = np.concatenate([np.empty(0), *(np.diff(part, 2) for part in parts if part.size > 2)])
@@ -92,18 +85,33 @@ def step_of(values: Floats, fewest_levels: int = 2) -> float:
 
 
 def stages_of(rate_hz: float) -> tuple[int, ...]:
-    """Return the factors by which a log is decimated, one after the other; none for a slow log.
-
-    Examples
-    --------
-    >>> stages_of(1000.0), stages_of(20_000.0), stages_of(100.0)
-    ((10,), (10, 10, 2), ())
-    """
+    """Return the factors by which a log is decimated, one after the other; none for a slow log."""
     left, stages = rate_hz / _REMAINING_HZ if rate_hz >= _DECIMATED_FROM_HZ else 1.0, []
     while left > _LARGEST_STAGE:
         stages.append(10)
         left /= 10
     return (*stages, round(left)) if round(left) > 1 else tuple(stages)
+
+
+def even_rate(time_s: Floats, stretches: list[Stretch]) -> float | None:
+    """Return the sampling rate of an evenly sampled log in Hz, or None where it is not.
+
+    Even: no time is farther from the best regular grid than a tenth of the interval, or half of the last digit
+    in which the file writes its times. A lost sample makes a log uneven.
+    """
+    counts = [np.arange(end - begin) - (end - begin - 1) / 2.0 for begin, end in stretches]
+    times = [time_s[begin:end] - time_s[begin:end].mean() for begin, end in stretches]
+    spread = sum(float(count @ count) for count in counts)
+    interval = sum(float(count @ time) for count, time in zip(counts, times, strict=True)) / (spread or 1.0)
+    if interval <= 0.0:
+        return None
+    few, last_digit = time_s[:: max(1, time_s.size // 1000)], 0.0
+    for digits in range(6, -1, -1):
+        step = 10.0**-digits
+        if step <= interval and np.abs(few - np.round(few, digits)).max() <= 1e-3 * step:
+            last_digit = step
+    far = max(np.ptp(time - interval * count) for count, time in zip(counts, times, strict=True))
+    return float(f"{1.0 / interval:.9g}") if far <= max(0.2 * interval, 1.02 * last_digit) else None
 
 
 def settling_samples(rate_hz: float) -> int:
@@ -170,12 +178,6 @@ def local_derivatives(time_s: Floats, values: Floats) -> tuple[Floats, Floats]:
 
     They are those of the parabola that fits the 21 nearest rows best (all rows, where there are fewer; more, where
     rows follow each other so closely that 21 of them last less than half as long as usual), at the actual times.
-
-    Examples
-    --------
-    >>> t = np.sort(np.random.default_rng(1).uniform(0, 1, 50))
-    >>> bool(np.allclose(local_derivatives(t, 3 * t**2 - t), [6 * t - 1, np.full(50, 6.0)]))
-    True
     """
     found, passed = np.empty((2, time_s.size)), np.diff(time_s)
     enough = (_WINDOW - 1) / 2.0 * float(np.median(passed[passed > 0.0])) if (passed > 0.0).any() else 0.0
@@ -222,12 +224,6 @@ class Resample:
     A constant comes out 1.1 % smaller from each stage: with its even number of poles the filter has its ripple of
     0.05 dB, forwards and backwards, at frequency zero. Columns and observed quantity shrink alike, so that amplitudes
     stay what they are.
-
-    Examples
-    --------
-    >>> resample = Resample(stretches=((0, 500),), stages=(10,))
-    >>> resample.samples, resample.rows, resample.kept[:3].tolist(), resample.apply(np.ones((2, 500))).shape
-    (500, 50, [0, 10, 20], (2, 50))
     """
 
     stretches: tuple[Stretch, ...]

@@ -2,49 +2,26 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
-from rtec.dataset.at_rest import conditions_of, held_places, merge_bursts, prepare_at_rest, run_clocks, velocity_of
 from rtec.dataset.dataset import Dataset, same_kind
-from rtec.dataset.drive_signals import Resample, step_of
-from rtec.dataset.log_rows import leave_out_transient, prepare_log
-from rtec.dataset.moving_log import is_moving
-from rtec.dataset.observed import (
-    coordinate_of,
-    observable_of,
-    observed_of,
-    observed_quantity,
-    position_of,
-    without_wraps,
-)
-from rtec.dataset.passes import passages, passed_again
+from rtec.dataset.kind import MeasurementKind, decide
+from rtec.dataset.moving_log import moving_log
 from rtec.dataset.plausibility import implausible, unseen
-from rtec.dataset.repeats import cells_of, place_numbers
-from rtec.dataset.rows import Rows
-from rtec.dataset.standstill import Ints
-from rtec.effects import LIBRARY, Library, Units
-from rtec.effects.conditions import Conditions, Floats, distance_since_reversal, heading_name
+from rtec.dataset.speed_table import speed_table
+from rtec.dataset.static_test import held_drive, static_test
+from rtec.dataset.to_dataset import FEWEST_ROWS
+from rtec.effects import LIBRARY, Library
 from rtec.errors import FileFormatError
 from rtec.metrology import AxisFacts, ColumnChoices, Measurement, read_measurement
-from rtec.metrology.columns import MOST_AXES
 from rtec.metrology.tables.choices import NO_CHOICES
 
-_FEWEST_ROWS = 3  # below, nothing at all can be told from noise
-_NO_POSITION = {
-    "time": "no position: time is the coordinate, and what is periodic in position is periodic in time",
-    "velocity": "neither time nor position: each row is a reading of its own, and row order counts as time",
-}
-_AROUND = {"pressure": "pressure_hpa", "humidity": "humidity_percent", "load": "load"}  # columns and their fields
-_SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "moving")
 _OF_TEST = ("run", "direction", "target", "actual", "deviation")
 _PERIODS = ("screw_pitch", "scale_signal_period", "counts_per_rev")
-_SAME_LOAD = 0.01  # of what the loads differ by
 _LARGEST = 1e12  # in a unit inside: squares and sums of such numbers stay finite
 
 
@@ -88,9 +65,8 @@ def load_dataset(
     Notes
     -----
     Positions are in mm, degrees, or counts of unknown size; without a position, time is the coordinate, and without
-    either a velocity makes the file a table of readings at rest, all at place 0. What tells a
-    log of a moving axis from readings at rest, and what is done to it, say `rtec.dataset.moving_log` and
-    `rtec.dataset.log_rows`; everything that was done to this file say its ``notes``.
+    either a velocity makes the file a table of readings at rest, all at place 0. `rtec.dataset.kind` tells the kinds
+    of files apart, and each has a pipeline of its own; the ``notes`` say what was done to this file.
 
     The direction of a reading at rest is its column, or the sign of the motion to it. Where no column numbers the
     runs, but whole passes over the same conditions follow each other, or the axis returns in one go between passes in
@@ -106,7 +82,7 @@ def load_dataset(
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
     measurement = measurement_of(path_or_measurement, choices)
-    data = _prepared(measurement, observe, like, facts, library)
+    data = replace(_prepared(measurement, observe, like, facts), library=library)
     at_targets = data.coordinate == "target" and not data.conditions.moving and data.rows == measurement.rows
     if data.observe != "deviation" or not at_targets:
         return data
@@ -118,19 +94,8 @@ def positioning_warnings(measurement: Measurement, facts: Mapping[str, str] | No
 
     Only targets, deviations, directions and runs are looked at: other columns and a clock that runs back, which a
     search refuses, do not matter. ``facts``, and errors, are as of `load_dataset`.
-
-    Examples
-    --------
-    >>> from rtec.metrology import Readings, measurement_of_readings
-    >>> up, down, runs = [0.0, 8, 17, 30, 41], [41.0, 30, 17, 8, 0], 4
-    >>> error = np.random.default_rng(1).normal(0.0, 0.001, 40)
-    >>> error[17] = 0.1
-    >>> r = Readings(target_mm=(up + down) * 4, deviation_mm=error, direction=([1] * 5 + [-1] * 5) * 4,
-    ...              run=np.repeat([1, 2, 3, 4], 10))
-    >>> positioning_warnings(measurement_of_readings(r, {}))
-    ('reading 18, column deviation: 100 µm is far from the other readings at 17 mm backward: an outlier?',)
     """
-    if measurement.rows < _FEWEST_ROWS:
+    if measurement.rows < FEWEST_ROWS:
         return ()
     known = {name: column for name, column in measurement.columns.items() if name in _OF_TEST}
     linear = any(column.unit == "mm" for column in known.values())
@@ -141,31 +106,22 @@ def positioning_warnings(measurement: Measurement, facts: Mapping[str, str] | No
 
 
 def _prepared(
-    measurement: Measurement,
-    observe: str | None,
-    like: Dataset | None,
-    facts: Mapping[str, str] | None,
-    library: Library = LIBRARY,
+    measurement: Measurement, observe: str | None, like: Dataset | None, facts: Mapping[str, str] | None
 ) -> Dataset:
-    if measurement.rows < _FEWEST_ROWS:
+    if measurement.rows < FEWEST_ROWS:
         problem = f"{measurement.rows} rows" if measurement.rows > 1 else "one row"
-        raise FileFormatError(measurement.source, None, problem, f"at least {_FEWEST_ROWS} readings")
+        raise FileFormatError(measurement.source, None, problem, f"at least {FEWEST_ROWS} readings")
     axis = AxisFacts(source=measurement.source, said=measurement.facts, given=facts or {})
-    rows = _rows(measurement, axis, observe, like)
-    resample = cutoff_hz = None
-    if rows.moving:
-        leave_out_transient(rows)
-        rows.moving = not (rows.of_drive and held_places(rows))
-    elif rows.of_drive:
-        merge_bursts(rows)
-    if rows.moving:
-        resample, cutoff_hz = prepare_log(rows, like)
-    else:
-        prepare_at_rest(rows)
-    if len(rows) < _FEWEST_ROWS:
-        raise FileFormatError(measurement.source, None, f"{len(rows)} rows are left", f"at least {_FEWEST_ROWS}")
-    data = _dataset(rows, _conditions(rows, axis), resample, cutoff_hz)
-    data = replace(data, library=library)
+    kind, *rows = decide(measurement, axis, observe, like)
+    match kind:
+        case MeasurementKind.STATIC_TEST:
+            data = static_test(*rows)
+        case MeasurementKind.HELD_DRIVE:
+            data = held_drive(*rows)
+        case MeasurementKind.MOVING_LOG:
+            data = moving_log(rows.pop(), like)  # nothing holds long columns that it has replaced
+        case MeasurementKind.SPEED_TABLE:
+            data = speed_table(*rows)
     return data if like is None else same_kind(data, like)
 
 
@@ -179,146 +135,3 @@ def measurement_of(given: str | Path | Measurement, choices: ColumnChoices = NO_
             problem = f"{column.heading} is {column.values[row]:g}"
             raise FileFormatError(measurement.source, measurement.line_of(row), problem, allowed)
     return measurement
-
-
-def _rows(measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None) -> Rows:
-    """Return the readings of a file, whose log is made continuous and whose clock goes on from run to run."""
-    columns = measurement.columns
-    positions = measurement.positions(axis)
-    quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
-    coordinate = coordinate_of(measurement, positions, quantity, None if like is None else like.coordinate)
-    run = columns["run"].values.astype(np.int64) if "run" in columns else np.ones(measurement.rows, dtype=np.int64)
-    time_s = columns["time"].values if "time" in columns else None
-    position, unit = position_of(measurement, positions, coordinate)
-    has_velocity = "velocity" in columns and quantity != "velocity"
-    # where time is the coordinate, only a column can say that something moves
-    moving = coordinate != "velocity" and (has_velocity or coordinate != "time")
-    moving = moving and is_moving(time_s, position, run, has_velocity)
-    if moving:
-        positions = without_wraps(positions)
-        position, _ = position_of(measurement, positions, coordinate)
-    observed, observed_unit = observed_of(measurement, positions, quantity)
-    heat = [name for name in columns if name.startswith("temperature") and name != quantity]
-    numeric = {name: values for name, values in measurement.unknown.items() if values.dtype.kind == "f"}
-    rows = Rows(
-        measurement=measurement,
-        observe=quantity,
-        coordinate=coordinate,
-        position_unit=unit,
-        observed_unit=observed_unit,
-        moving=moving,
-        turn=None if coordinate in _NO_POSITION else positions.turn,
-        position=position,
-        observed=observed,
-        run=run,
-        time_s=time_s,
-        direction=columns["direction"].values if "direction" in columns else None,
-        feed=np.abs(columns["feed"].values) if "feed" in columns and not moving and quantity != "feed" else None,
-        temperatures={name: columns[name].values for name in heat},
-        unknown={name: values.astype(np.float64) for name, values in numeric.items()},
-        notes=[*measurement.notes, *positions.notes],
-    )
-    for name, item in _AROUND.items():
-        if name in columns and name != quantity:
-            setattr(rows, item, columns[name].values)
-    if has_velocity:
-        rows.velocity = velocity_of(rows)
-    if coordinate in _NO_POSITION:
-        rows.notes.insert(0, _NO_POSITION[coordinate])
-    if moving or "run" in columns or coordinate == "time":
-        run_clocks(rows)
-    _name_what_is_not_used(rows)
-    return rows
-
-
-def _name_what_is_not_used(rows: Rows) -> None:
-    used = {"run", "direction", "time", "deviation", "velocity", rows.observe, rows.coordinate, *rows.temperatures}
-    used |= {name for name, item in _AROUND.items() if getattr(rows, item) is not None}
-    if rows.observe == "deviation" and "deviation" not in rows.measurement.columns:
-        used |= {"target", "actual"}
-    if not rows.moving:
-        used.add("feed")
-    idle = [column.heading for name, column in rows.measurement.columns.items() if name not in used]
-    text = [name for name in rows.measurement.unknown if name not in rows.unknown]
-    others = rows.other_axes
-    strange = [name for name in rows.unknown if name not in others]
-    unused = {"not used": idle, "of no known quantity, looked at but used by no effect": strange}
-    unused["positions of other axes, used by no effect but by rtec train"] = list(others)
-    unused["not used, because not all of it are numbers"] = text
-    rows.notes += [f"{what}: {', '.join(names)}" for what, names in unused.items() if names]
-
-
-def _conditions(rows: Rows, axis: AxisFacts) -> Conditions:
-    unit, since, periods = rows.position_unit, None, {}
-    if rows.held_direction is not None and rows.coordinate not in _NO_POSITION:
-        since = distance_since_reversal(rows.position, rows.held_direction, rows.run, moving=rows.moving)
-    for key in ("screw_pitch", "scale_signal_period"):
-        periods[key] = axis.period(key, unit)
-        if axis.text(key) is not None and periods[key] is None:
-            what = "time" if unit == "s" else "counts of unknown size"
-            rows.notes.append(f"{key}: {axis.text(key)} is not used, because positions are {what}")
-    if rows.time_s is None and rows.coordinate != "velocity":
-        rows.notes.insert(0, "no time column: row order counts as time")
-    return Conditions(
-        **{name: getattr(rows, name) for name in (*_SHARED, *_AROUND.values())},
-        since_reversal=since,
-        temperatures=MappingProxyType(rows.temperatures),
-        others=MappingProxyType({heading_name(heading): values for heading, values in rows.unknown.items()}),
-        reference_temperature_degc=axis.reference_temperature_degc(),
-        screw_pitch=periods["screw_pitch"],
-        signal_period=periods["scale_signal_period"],
-        revolution=rows.turn,
-    )
-
-
-def _dataset(rows: Rows, conditions: Conditions, resample: Resample | None, cutoff_hz: float | None) -> Dataset:
-    observed, unknown = rows.observed, rows.unknown
-    if resample is not None:
-        observed = resample.apply(observed)
-        unknown = {name: resample.apply(values) for name, values in unknown.items()}
-    if rows.moving:
-        passage, cell = passed_again(rows, resample, observed)
-    elif rows.coordinate == "time":
-        passage, cell = passages(rows.run, None), np.full(len(rows), -1, dtype=np.int64)
-    else:
-        stated = rows.position if "direction" in rows.measurement.columns else None
-        passage = passages(rows.run, rows.direction, stated)
-        cell = cells_of(conditions_of(rows), passage)
-    if conditions.load is not None:
-        kept = slice(None) if resample is None else resample.kept
-        cell = _under_one_load(cell, passage, conditions.load[kept])
-    load_unit = "" if rows.load is None else rows.measurement.columns["load"].unit
-    return Dataset(
-        source=rows.measurement.source,
-        observe=rows.observe,
-        observable=observable_of(rows.observe),
-        units=Units(rows.observed_unit, rows.position_unit, conditions.clock_unit, load_unit),
-        observed=observed,
-        conditions=conditions,
-        cell=cell,
-        stands_for=rows.stands_for if resample is None else resample.stands_for,
-        passage=passage,
-        notes=tuple(rows.notes),
-        unknown=tuple(unknown.items()),
-        resample=resample,
-        coordinate=rows.coordinate,
-        cutoff_hz=cutoff_hz,
-        rounding=step_of(rows.observed),
-        axis=_axis_of(rows.measurement),
-    )
-
-
-def _axis_of(measurement: Measurement) -> int | None:
-    """Return the number of the axis that a file is of; a letter names an axis, but tells no number."""
-    text = measurement.facts.get("axis", "").strip()
-    if not re.fullmatch(r"[+-]?[0-9.]+", text, re.ASCII):
-        return None
-    if text in map(str, range(1, MOST_AXES + 1)):
-        return int(text)
-    raise FileFormatError(measurement.source, None, f"axis: {text}", f"a number from 1 to {MOST_AXES}")
-
-
-def _under_one_load(cell: Ints, passage: Ints, load: Floats) -> Ints:
-    """Return the cells of readings that were taken under the same load as well: others repeat nothing."""
-    same = place_numbers(load, _SAME_LOAD * float(np.ptp(load)))
-    return cells_of(np.where(cell >= 0, cell * (int(same.max()) + 1) + same, -1), passage)

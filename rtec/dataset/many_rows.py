@@ -30,15 +30,6 @@ def shortened(dataset: Dataset, most: int = MOST_ROWS, *, seed: int = 0) -> Data
 
     Cells and rows are drawn, not taken at equal steps, where a short period would pass for a long one. The same
     seed draws the same.
-
-    Examples
-    --------
-    >>> from rtec.dataset.load import load_dataset
-    >>> from rtec.metrology import Column, Measurement
-    >>> columns = {"target": np.tile(np.arange(10.0), 50), "deviation": np.zeros(500)}
-    >>> columns = {name: Column(name, "mm", values) for name, values in columns.items()}
-    >>> shortened(load_dataset(Measurement(source="x", facts={}, columns=columns, unknown={})), most=400).notes[-1]
-    '400 of 500 readings are searched, 40 of 50 runs: more would take long and tell nothing new'
     """
     if dataset.rows <= most or dataset.resample is not None:
         return dataset

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtec.dataset.moving_log import unwrapped
 from rtec.effects import Observable
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError, unknown
@@ -49,13 +48,7 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
 
 
 def observable_of(quantity: str) -> Observable:
-    """Return what kind of quantity is observed.
-
-    Examples
-    --------
-    >>> observable_of("force").value, observable_of("temperature").value
-    ('drive', 'deviation')
-    """
+    """Return what kind of quantity is observed."""
     return Observable.DRIVE if quantity in DRIVE else Observable.DEVIATION
 
 
@@ -96,6 +89,15 @@ def without_wraps(positions: Positions) -> Positions:
         values["deviation"] = _within_a_turn(values["actual"] - values["target"], turn)
     note = "the position jumps by a turn where the single-turn counter starts again: made continuous"
     return Positions(values=values, unit=positions.unit, notes=(*positions.notes, note))
+
+
+def unwrapped(angle: Floats, turn: float) -> Floats:
+    """Return the angle of a single-turn encoder in a log without its jumps at the end of a turn.
+
+    What does not stay within one turn is no single-turn counter and comes back as it is.
+    """
+    jumps = np.ptp(angle) <= turn and np.abs(np.diff(angle)).max(initial=0.0) > turn / 2
+    return np.unwrap(angle, period=turn) if jumps else angle
 
 
 def _within_a_turn(angle: Floats, turn: float) -> Floats:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.repeats import members_of
+from rtec.dataset.standstill import stretches_where
 from rtec.effects import Floats, Observable
 
 FAR = 8.0
@@ -14,14 +15,10 @@ FAR = 8.0
 MOST, MOST_REPEATED = 0.02, 0.1
 """Share of the readings, at most, and of those that others of the same conditions contradict: more of them are heavy
 tails, and these belong to the noise."""
-MOST_IN_A_ROW = 3
-"""Readings, of which a sensor drops so many at most."""
-ENOUGH = 50
-"""Readings of a kind from which on they have a spread of their own: that of a few may be near zero by chance."""
-MOST_TURNS = 0.1
-"""Share of the readings at which an axis turns round, at most: where it is more, noise makes the direction."""
-_TO_SIGMA = 1.4826
-"""Standard deviation of normal noise over its median absolute deviation."""
+MOST_IN_A_ROW = 3  # readings, of which a sensor drops so many at most
+ENOUGH = 50  # readings of a kind with a spread of its own: that of a few may be near zero by chance
+MOST_TURNS = 0.1  # share of the readings at which an axis turns round, at most: more is noise
+_TO_SIGMA = 1.4826  # standard deviation of normal noise over its median absolute deviation
 
 
 def at_turns(dataset: Dataset) -> NDArray[np.bool_]:
@@ -73,12 +70,10 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
 
 def _alone(found: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return those found of which no more than three follow each other: more are a step, or a run that differs."""
-    begins = np.flatnonzero(np.diff(found, prepend=False) & found)
-    ends = np.flatnonzero(np.diff(found, append=False) & found)
     alone = found.copy()
-    for begin, end in zip(begins, ends, strict=True):
-        if end - begin >= MOST_IN_A_ROW:
-            alone[begin : end + 1] = False
+    for begin, end in stretches_where(found):
+        if end - begin > MOST_IN_A_ROW:
+            alone[begin:end] = False
     return alone
 
 

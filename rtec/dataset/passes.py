@@ -45,7 +45,10 @@ def passages(run: Ints, direction: Floats | None, position: Floats | None = None
 
 
 def passed_again(rows: Rows, resample: Resample | None, observed: Floats) -> tuple[Ints, Ints]:
-    """Return the pass and the cell of each row of a log: −1 where its place was passed once only, or at rest."""
+    """Return the pass and the cell of each row of a log: −1 where its place was passed once only, or at rest.
+
+    ``observed`` is of the rows that ``resample`` leaves.
+    """
     kept = np.arange(len(rows)) if resample is None else resample.kept
     way = None if rows.coordinate == "time" else rows.held_direction
     passage = passages(rows.run[kept], None if way is None else way[kept])
@@ -60,8 +63,6 @@ def passed_again(rows: Rows, resample: Resample | None, observed: Floats) -> tup
     if at.size and np.ptp(rows.position[at]) > 0.0 and np.ptp(passage[moves]) > 0:
         kind = _kinds(way[at], rows.velocity[at], None if rows.acceleration is None else rows.acceleration[at])
         cell[moves] = _cells(rows.position[at], kind, passage[moves], observed[moves])
-        if (cell >= 0).any():
-            rows.notes.append("places passed again in the same direction at a similar speed count as repeats")
     return passage, cell
 
 
@@ -93,9 +94,11 @@ def _cells(position: Floats, kind: Ints, passage: Ints, observed: Floats) -> Int
 def _kinds(direction: Floats, velocity: Floats, acceleration: Floats | None) -> Ints:
     """Return a number for each combination of direction, class of speed, and sign of acceleration."""
     steps = np.log(np.abs(velocity)) / np.log(_WIDTH_OF_CLASS)
-    classes = [np.floor(steps - steps.min() + k / _OFFSETS).astype(np.int64) for k in range(_OFFSETS)]
-    gathered = [float((np.bincount(numbers).astype(np.float64) ** 2).sum()) for numbers in classes]
-    kind = pair_numbers(np.sign(direction).astype(np.int64), classes[int(np.argmax(gathered))])
+    steps -= steps.min()
+    sizes = [np.bincount(np.floor(steps + k / _OFFSETS).astype(np.int64)).astype(np.float64) for k in range(_OFFSETS)]
+    fullest = int(np.argmax([float((size**2).sum()) for size in sizes]))
+    speed = np.floor(steps + fullest / _OFFSETS).astype(np.int64)
+    kind = pair_numbers(np.sign(direction).astype(np.int64), speed)
     if acceleration is None:
         return kind
     size = np.abs(acceleration)

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from rtec.dataset.at_rest import clock_runs_back
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.moving_log import is_moving
+from rtec.dataset.from_measurement import clock_runs_back
+from rtec.dataset.kind import is_moving
 from rtec.dataset.outliers import FAR, far_from_neighbours, robust_scale
 from rtec.dataset.repeats import members_of, pair_numbers, place_numbers
 from rtec.dataset.run_agreement import Misfit, misfits
@@ -26,12 +26,9 @@ _FEWEST_REPEATS, _FEWEST_TARGETS = 3, 3
 _MOST_SHOWN = 8
 _RARELY, _BY_CHANCE = 0.1, 0.01
 """Share of equal repeats where nothing tells it, and the chance of equal passes below which they are copies."""
-_NEARLY_ALL = 0.95
-"""Share of steps against the direction above which it is the wrong one."""
-_COARSE = 1e-2
-"""Deviations above this share of the travel are hardly those of an axis."""
-_FINE, _FINEST = 2e-7, {"mm": 1e-4, "deg": 1e-5}
-"""Nor are those below this share that are below this size, too."""
+_NEARLY_ALL = 0.95  # share of steps against the direction above which it is the wrong one
+_COARSE = 1e-2  # deviations above this share of the travel are hardly those of an axis
+_FINE, _FINEST = 2e-7, {"mm": 1e-4, "deg": 1e-5}  # nor are those below this share that are below this size, too
 _SLIPS = {
     "mm": {1e3: "mm among um", 1e-3: "um among mm", 25.4: "inch among mm", 1 / 25.4: "mm among inch"},
     "deg": {3600.0: "deg among arcsec", 1 / 3600.0: "arcsec among deg"},
@@ -46,10 +43,7 @@ _EXCHANGED = "its directions look exchanged"
 def implausible(measurement: Measurement, data: Dataset) -> tuple[str, ...]:
     """Return what speaks against a positioning test, in sentences with line and column.
 
-    Parameters
-    ----------
-    measurement, data
-        Deviations of a measurement with targets, and the same readings row by row, at rest.
+    ``data`` are the deviations of the measurement row by row, at rest.
     """
     test = _Test(measurement, data)
     if _moves(measurement, data):

@@ -13,7 +13,7 @@ _WHOLE_RETURN = 0.9  # share of the span of a motion that takes the axis back to
 _WHOLE_PASS = 0.8  # share of all conditions that a pass has to visit to count as a run
 
 
-def place_numbers(position: Floats, near: float | None = None) -> Ints:
+def place_numbers(position: Floats | Ints, near: float | None = None) -> Ints:
     """Return the number of the place of each reading, ascending; nearer than 1e-6 of the span (``near``) is one."""
     ordered, inverse = np.unique(position, return_inverse=True)
     apart = np.diff(ordered) > (SAME * (ordered[-1] - ordered[0]) if near is None else near)
@@ -28,7 +28,7 @@ def pair_numbers(first: Ints, second: Ints) -> Ints:
 
 
 def condition_numbers(
-    position: Floats, direction: Floats | None, speed: Floats | None, others: Iterable[Floats] = ()
+    position: Floats, direction: Floats | None, speed: Floats | Ints | None, others: Iterable[Floats] = ()
 ) -> Ints:
     """Return a number for each reading that is the same where place, direction of approach and feed are the same.
 
@@ -51,11 +51,6 @@ def runs_by_recurrence(conditions: Ints) -> Ints | None:
 
     A pass ends where a condition comes again. None where that does not split the file into passes that each (but the
     last, which may be cut short) visit four of five of all conditions: a place read twice is no run.
-
-    Examples
-    --------
-    >>> runs_by_recurrence(np.array([0, 1, 2, 0, 1, 2])).tolist(), runs_by_recurrence(np.array([0, 1, 1, 2, 3]))
-    ([1, 1, 1, 2, 2, 2], None)
     """
     distinct = int(conditions.max()) + 1
     starts, seen = [0], set[int]()
@@ -74,12 +69,6 @@ def one_way_passes(position: Floats) -> Ints | None:
 
     A return leads over nine tenths of the span at least, against the way of all other steps. None where there is no
     such return, or a pass (but the last, which needs two readings) does not visit four of five places.
-
-    Examples
-    --------
-    >>> up = np.array([0.0, 1.0, 2.0])
-    >>> one_way_passes(np.append(up, up)).tolist(), one_way_passes(np.append(up, up[::-1]))
-    ([1, 1, 1, 2, 2, 2], None)
     """
     steps, span = np.diff(position), float(np.ptp(position))
     back = np.abs(steps) >= _WHOLE_RETURN * span
@@ -96,11 +85,6 @@ def cells_of(conditions: Ints, run: Ints) -> Ints:
     """Return the cell of each reading: its condition, renumbered, where several runs (or passes) visited it; else −1.
 
     A condition −1 is none.
-
-    Examples
-    --------
-    >>> cells_of(np.array([0, 1, 2, 0, 2, 2, -1, -1]), np.array([1, 1, 1, 2, 2, 2, 1, 2])).tolist()
-    [0, -1, 1, 0, 1, 1, -1, -1]
     """
     _, once = np.unique(pair_numbers(conditions, run), return_index=True)
     repeated = np.bincount(conditions[once] + 1) > 1

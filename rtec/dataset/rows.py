@@ -1,9 +1,10 @@
-"""The readings of a file while they are made into a data set."""
+"""The readings of a file on their way to a data set."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,28 +12,29 @@ from numpy.typing import NDArray
 from rtec.dataset.observed import DRIVE
 from rtec.dataset.standstill import Ints, group_means
 from rtec.effects.conditions import Floats
-from rtec.metrology import Measurement
+from rtec.metrology import AxisFacts, Measurement
 from rtec.metrology.columns import axis_of_heading
 
 _NAMES = ("run", "rest", "direction", "held_direction")  # numbers that only name something: no mean of them
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
-    """Columns of equal length, which steps of the preparation replace, and what they did.
+    """Columns of equal length, and what was done to them: a step of the preparation takes rows and returns others.
 
-    They are of shape (rows,), with the names and units of the data set; None is what the file does not tell.
-    ``held_direction`` is that of the last motion, also at rest, ``rest`` the number of the standstill that a row of a
-    log belongs to, −1 in motion; ``turn`` is a whole turn of a rotary axis; ``smoothed_off`` how much of a velocity
-    column the low pass took away; ``pauses_unknown`` says that the clock of the file starts again with each run.
+    Columns are of shape (rows,), with the names and units of the data set; None is what the file does not tell.
+    ``turn`` is a whole turn of a rotary axis; ``pauses_unknown`` says that the clock of the file starts again with
+    each run. Of a log only: ``rest``, the number of the standstill that a row belongs to, −1 in motion;
+    ``held_direction``, that of the last motion, also at rest; ``smoothed_off``, how much of a velocity column the low
+    pass took away.
     """
 
     measurement: Measurement
+    axis: AxisFacts
     observe: str
     coordinate: str
     position_unit: str
     observed_unit: str
-    moving: bool
     turn: float | None
     position: Floats
     observed: Floats
@@ -52,7 +54,7 @@ class Rows:
     temperatures: dict[str, Floats] = field(default_factory=dict)
     unknown: dict[str, Floats] = field(default_factory=dict)
     stands_for: Floats | None = None
-    notes: list[str] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return int(self.position.size)
@@ -67,20 +69,22 @@ class Rows:
         """Positions of other axes, by heading, in the unit of the file."""
         return {heading: values for heading, values in self.unknown.items() if axis_of_heading(heading) is not None}
 
-    def keep(self, rows: NDArray[np.bool_]) -> None:
-        """Leave out rows."""
-        self._change(lambda _, values: values[rows])
+    def keep(self, rows: NDArray[np.bool_]) -> Rows:
+        """Return some of the rows."""
+        return self if rows.all() else self._each(lambda _, values: values[rows])
 
-    def merge(self, starts: Ints) -> None:
-        """Put each group of successive rows, given by its first row, together into one row of their means."""
+    def merge(self, starts: Ints) -> Rows:
+        """Return one row, their mean, for each group of successive rows, which is given by its first row."""
         each = np.ones(len(self)) if self.stands_for is None else self.stands_for
-        self._change(lambda name, values: values[starts] if name in _NAMES else group_means(values, starts))
-        self.stands_for = np.add.reduceat(each, starts)
+        merged = self._each(lambda name, values: values[starts] if name in _NAMES else group_means(values, starts))
+        return replace(merged, stands_for=np.add.reduceat(each, starts))
 
-    def _change(self, changed: Callable[[str, Floats], Floats]) -> None:
+    def _each(self, changed: Callable[[str, Floats], Floats]) -> Rows:
+        found: dict[str, Any] = {}
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
-                setattr(self, item.name, changed(item.name, value))
+                found[item.name] = changed(item.name, value)
             elif isinstance(value, dict):
-                setattr(self, item.name, {name: changed("", values) for name, values in value.items()})
+                found[item.name] = {name: changed("", values) for name, values in value.items()}
+        return replace(self, **found)

@@ -14,12 +14,9 @@ from rtec.effects import Floats
 
 _FACTORS = {"mm": (1e3, 25.4, 10.0), "deg": (3600.0, 60.0, 10.0)}
 """By what units that are taken for each other differ; noise of two runs never differs by the first of them."""
-_MOST_RUNS = 24
-"""Runs of which some are chosen to judge all by."""
-_MOST_PLACES = 200
-"""Places at which runs are compared: what goes wrong with a run goes wrong at all of them."""
-_FEWEST_FREE = 3
-"""Degrees of freedom without which a run has no scatter."""
+_MOST_RUNS = 24  # runs of which some are chosen to judge all by
+_MOST_PLACES = 200  # places at which runs are compared: what goes wrong with a run goes wrong at all of them
+_FEWEST_FREE = 3  # degrees of freedom without which a run has no scatter
 _SUSPECT, _SURE, _ALIKE = 6.0, 10.0, 5.0
 """Log likelihood ratio from which on two runs may differ by more than noise, from which on it is said, and up to
 which two changes explain it equally well."""

@@ -1,7 +1,7 @@
-"""Where an axis stands still in a log, and which way it goes between.
+"""Where an axis stands still in a log.
 
 Thousands of samples at a standstill are one observation of a force, current or torque: the friction there is that of
-presliding, and the sign of a noisy velocity says nothing.
+presliding.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from rtec.effects.conditions import Floats
 Ints = NDArray[np.int64]
 Stretch = tuple[int, int]
 
-_TURNED = 1e-5  # share of the span that an axis has to go back to have turned
 _GAP = 5.0  # median intervals after which a log begins again
 _ONE = 1.5  # usual intervals after which a reading between two would be missing
 _STEPS, _SIGMAS = 2.0, 6.0  # width of the band at rest: steps of the resolution, standard deviations of the noise
@@ -29,17 +28,10 @@ _LEAVES = 6.0  # bands that an axis goes in half the time of a dwell at least; o
 _TAIL = 6.0  # median distances from the middle of a standstill from which its ends belong to the motion
 _CREEP = 1e-4  # share of the largest speed of the run that counts as standstill even where it leads somewhere
 _FASTER = 4.0  # than usual at standstill is a velocity that contradicts the position
-_WIDER = 4.0  # factor between the dead zones that are tried
 
 
 def stretches_of(time_s: Floats | None, run: Ints) -> list[Stretch]:
-    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another.
-
-    Examples
-    --------
-    >>> stretches_of(np.array([0.0, 1, 2, 3, 30, 31]), np.ones(6, dtype=np.int64)), stretches_of(None, np.ones(6))
-    ([(0, 4), (4, 6)], [(0, 6)])
-    """
+    """Return first row and end of each stretch without a gap: a new run, or five median intervals, begin another."""
     new = run[1:] != run[:-1]
     if time_s is not None:
         steps = np.diff(time_s)
@@ -67,6 +59,12 @@ def unbroken(time_s: Floats, position: Floats, run: Ints) -> Ints:
     return np.cumsum(np.append(False, new & ((passed > _ONE * usual) | (way > farthest))))
 
 
+def stretches_where(rows: NDArray[np.bool_]) -> list[Stretch]:
+    """Return first row and end of each stretch of rows for which something is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
 def group_means(values: Floats, starts: Ints) -> Floats:
     """Return the mean of each group of successive values along the last axis, shape (..., groups)."""
     return np.asarray(np.add.reduceat(values, starts, axis=-1) / np.diff(np.append(starts, values.shape[-1])))
@@ -81,19 +79,13 @@ def noise_of(values: Floats, run: Ints) -> float:
     """Return the noise of a signal: of its second differences, at the quarter of them that motion disturbs least."""
     same = run[1:] == run[:-1]
     bends = np.abs(np.diff(values, 2))[same[1:] & same[:-1]]
-    return float(np.quantile(bends, 0.25)) / _QUARTER if bends.size else 0.0
+    return float(np.quantile(bends, 0.25, overwrite_input=True)) / _QUARTER if bends.size else 0.0
 
 
 def band_of(position: Floats, run: Ints) -> float:
     """Return the width of the band that a position at rest does not leave, in the unit of the position.
 
     Two steps of the resolution (one in twenty of all steps is smaller), or six standard deviations of the noise.
-
-    Examples
-    --------
-    >>> x = np.round(np.sin(np.arange(0.0, 30.0, 0.01)), 2)
-    >>> round(band_of(x, np.ones(x.size, dtype=np.int64)), 3)
-    0.02
     """
     same = run[1:] == run[:-1]
     steps = np.abs(np.diff(position))[same]
@@ -101,63 +93,6 @@ def band_of(position: Floats, run: Ints) -> float:
         return 0.0
     finest = float(np.quantile(steps[steps > 0.0], 0.05)) * (1.0 + 1e-6)
     return max(_STEPS * finest, _SIGMAS * noise_of(position, run))
-
-
-def _turns(position: Floats, least: float) -> tuple[list[int], int]:
-    """Return the rows at which an axis turned by more than ``least``, the last peak, and its first way."""
-    way, peak, row, first, found = 0, float(position[0]), 0, 0, []
-    for at, x in enumerate(position.tolist()):
-        if (way >= 0 and x < peak - least) or (way <= 0 and x > peak + least):
-            found += [row] if way else []
-            way = -way or (1 if x > peak else -1)
-            first, peak, row = first or way, x, at
-        elif (x - peak) * way >= 0.0:
-            peak, row = (x if way else peak), at
-    return [*found, row], first
-
-
-def last_direction(position: Floats, run: Ints, least: float | None = None) -> Floats:
-    """Return the direction of the last motion at each row of a log, +1 or −1, also while the axis is at rest.
-
-    Before the first motion of a run it is the direction of that, 0 in a run without motion. To have turned, the axis
-    goes back by more than ``least``, 1e-5 of the span of all positions where it is None: less is rounding.
-
-    Examples
-    --------
-    >>> last_direction(np.array([0.0, 0.0, 1.0, 2.0, 2.0, 1.0]), np.ones(6, dtype=np.int64)).tolist()
-    [1.0, 1.0, 1.0, 1.0, 1.0, -1.0]
-    """
-    direction = np.zeros(position.size)
-    least = _TURNED * float(np.ptp(position)) if least is None else least
-    for begin, end in stretches_of(None, run):
-        rows, way = _turns(position[begin:end], least)
-        direction[begin:end] = way * (-1.0) ** np.searchsorted(rows[:-1], np.arange(end - begin))
-    return direction
-
-
-def dead_zone(position: Floats, run: Ints, least: float) -> float:
-    """Return how far an axis has to go back to have turned: the smallest that could be larger without losing a turn.
-
-    Noise makes turns of every small size, an axis makes turns of the sizes that its program has. So the dead zone
-    grows from ``least`` in factors of 4 until a zone 4 times wider still finds every turn. Where there is no such
-    gap between small and large turns, it is ``least``.
-
-    Examples
-    --------
-    >>> noisy = 5.0 * np.abs(np.linspace(-1.0, 1.0, 2000)) + np.random.default_rng(1).normal(0.0, 0.05, 2000)
-    >>> 0.1 < dead_zone(noisy, np.ones(2000, dtype=np.int64), 0.01) < 1.0
-    True
-    """
-    if least <= 0.0:
-        return least
-    peaks, width = [position[begin:end] for begin, end in stretches_of(None, run)], least
-    while True:
-        fewer = [x[[0, *_turns(x, width)[0]]] for x in peaks]
-        if width > least and sum(map(len, fewer)) == sum(map(len, peaks)):
-            return width / _WIDER
-        if width * _WIDER >= np.ptp(position) / 2.0:
-            return least
-        peaks, width = fewer, width * _WIDER
 
 
 def within_band(position: Floats, run: Ints, band: float) -> list[Stretch]:
@@ -185,13 +120,6 @@ def rest_stretches(time_s: Floats, position: Floats, run: Ints, velocity: Floats
     usually stays the same while the axis moves, without drifting through the band and without turning in it (of less
     than 0.1 s the motion before and after tells); a velocity column does not contradict it. Neighbouring stretches at
     the same place are one.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 6.0, 0.01)
-    >>> x = np.round(np.clip(t - 2.0, 0.0, 2.0), 3)
-    >>> rest_stretches(t, x, np.ones(t.size, dtype=np.int64), None)
-    [(0, 201), (400, 600)]
     """
     band = band_of(position, run)
     if band == 0.0:

@@ -39,12 +39,6 @@ def other_step(conditions: Conditions) -> float | None:
 
     As a vernier does: after so many targets they are one step of the old grid further. None where nothing is hidden,
     and where the targets are too few to go round several times.
-
-    Examples
-    --------
-    >>> x = np.arange(0.0, 1000.1, 5.0)
-    >>> other_step(Conditions(position=x, position_unit="mm", run=np.ones(201, dtype=np.int64)))
-    5.2173913
     """
     step = _grid(conditions)
     if step is None or conditions.places.size < _SWEEPS * _VERNIER:
@@ -53,14 +47,7 @@ def other_step(conditions: Conditions) -> float | None:
 
 
 def shifted_targets(conditions: Conditions) -> str | None:
-    """Return the smallest change of the targets that would show the unseen periods, or None where nothing is hidden.
-
-    Examples
-    --------
-    >>> x, run = np.tile(np.arange(0.0, 101.0, 5.0), 3), np.repeat([1, 2, 3], 21)
-    >>> shifted_targets(Conditions(position=x, position_unit="mm", run=run))
-    'shift the targets by 1.5 mm in the second run, by 3 mm in the third, and go on so in turn: 0, 1.5, 3 mm'
-    """
+    """Return the smallest change of the targets that would show the unseen periods; None where nothing is hidden."""
     unit = conditions.position_unit
     if (other := other_step(conditions)) is not None:
         apart = f"{other:.4g} {unit} apart instead of {_grid(conditions):.4g} {unit}"

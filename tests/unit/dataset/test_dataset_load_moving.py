@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from scipy.signal import butter, decimate, filtfilt
 
+from rtec.dataset.direction import last_direction
+from rtec.dataset.drive_signals import even_rate
+from rtec.dataset.kind import is_moving, transient_rows
 from rtec.dataset.load import load_dataset
-from rtec.dataset.moving_log import even_rate, is_moving, transient_rows, unwrapped
-from rtec.dataset.standstill import last_direction, stretches_of
+from rtec.dataset.observed import unwrapped
+from rtec.dataset.standstill import stretches_of
 from rtec.effects import Observable
 from rtec.errors import FileFormatError
 from rtec.metrology import Column, Measurement

@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from rtec.dataset.direction import dead_zone, last_direction
 from rtec.dataset.load import load_dataset
-from rtec.dataset.standstill import band_of, dead_zone, last_direction, rest_stretches
+from rtec.dataset.standstill import band_of, rest_stretches
 from rtec.metrology import Column, Measurement
 
 
