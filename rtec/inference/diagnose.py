@@ -19,7 +19,7 @@ from rtec.inference.fit import check_testable, fit_model, opened_model, residual
 from rtec.inference.forms import forms_of
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
-from rtec.inference.noise import noise_floor
+from rtec.inference.noise import knowing_its_noise, noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Diagnosis, Experiment, Outlier, Verdict
 from rtec.inference.scored import Judge, Scored
@@ -64,7 +64,7 @@ def diagnose(
         A model of another quantity, or one with effects that the data cannot show.
     """
     tell = progress or (lambda share: None)
-    dataset = shortened(dataset, seed=seed)
+    dataset = shortened(knowing_its_noise(dataset), seed=seed)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
@@ -217,7 +217,7 @@ def add(
     ArgumentError
         An unknown effect, one that the model holds already, or one that the data cannot show.
     """
-    effect, dataset = effect_named(effect_name), shortened(dataset, seed=seed)
+    effect, dataset = effect_named(effect_name), shortened(knowing_its_noise(dataset), seed=seed)
     if dataset.never_changes:
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")
