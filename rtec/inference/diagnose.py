@@ -215,7 +215,8 @@ def add(
     Raises
     ------
     ArgumentError
-        An unknown effect, one that the model holds already, or one that the data cannot show.
+        An unknown effect, one that the model holds already, also as the best form of a second one, or one that the
+        data cannot show.
     """
     effect, dataset = effect_named(effect_name), shortened(knowing_its_noise(dataset), seed=seed)
     if dataset.never_changes:
@@ -231,7 +232,10 @@ def add(
     given: tuple[Choice, ...] = tuple((t.effect, t.shape) for t in begun.terms if t.shape is not None)
     opened = opened_model(dataset, begun.with_terms([*begun.terms, term]), all_open=True)
     assert opened is not None  # noqa: S101 - a term without amplitudes is open
-    new = next(choice for choice in opened.scored.choices if choice[0] is effect and choice not in given)
+    new = next((choice for choice in opened.scored.choices if choice[0] is effect and choice not in given), None)
+    if new is None:
+        allowed = "another effect, or a shape that the model does not hold"
+        raise ArgumentError("EFFECT", effect_name, allowed, problem="is in the model in the form that explains most")
     search = Search(Judge(Space(dataset)), given)
     found = search.judge.score([*given, new])
     if shape is None:
