@@ -20,6 +20,7 @@ GAMES = (
     ("base",),
     ("base", "backlash", "cyclic"),
     ("base", "chirped_cyclic"),
+    ("base", "backlash", "lost_at_reversals"),
     ("dwell", "drift"),
     ("temperature", "backlash", "thermal_growth"),
     ("dense", "windup"),
