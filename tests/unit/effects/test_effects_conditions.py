@@ -82,3 +82,12 @@ def test_distance_since_reversal_against_a_walk(bidirectional):
 def test_a_run_in_the_same_direction_begins_anew():
     position, run = np.array([0.0, 5.0, 10.0, 1.0, 7.0]), np.array([1, 1, 1, 2, 2])
     assert distance_since_reversal(position, np.ones(5), run).tolist() == [0.0, 5.0, 10.0, 0.0, 6.0]
+
+
+def test_places_of_the_axis_reversed_are_the_places_reversed():
+    position = np.array([0.0, 1e-5, 50.0, 100.0 - 2e-5, 100.0])
+    here, there = (
+        Conditions(position=x, position_unit="mm", run=np.ones(5, dtype=np.int64)) for x in (position, -position)
+    )
+    assert here.places.size == 3
+    assert np.array_equal(there.places, -here.places[::-1])
