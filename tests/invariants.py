@@ -31,7 +31,7 @@ MORE = 1.05
 DEGREE, MATERIAL, BY_CHANCE = 3, 0.1, 1e-4
 """Of curves beside a residual; the share of its square, and the probability, from which on they are a trend."""
 ROUNDING = 1e-9
-SAME = 1e-2
+SAME = 1e-4
 """Share by which RMS may differ where only units, signs or the order of rows do: refined shapes differ a little."""
 SIGNED = (
     "target",

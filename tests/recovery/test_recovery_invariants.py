@@ -14,6 +14,7 @@ from rtec.dataset.load import load_dataset
 from rtec.inference.diagnose import diagnose
 from rtec.metrology import write_measurement
 from tests import invariants as holds
+from tools.other_games import ROUND, game_of
 
 PLAN = {name: replace(plan, runs=min(plan.runs, 3), targets=min(plan.targets, 15)) for name, plan in PLANS.items()}
 GAMES = (
@@ -75,3 +76,17 @@ def test_the_way_in_which_a_measurement_is_told_changes_nothing(game, telling, t
 def test_effects_added_one_after_another_leave_no_less(game):
     _, data, result = measured(game)
     assert not list(holds.misses(data, result))
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("index", range(len(ROUND)))
+def test_the_same_holds_of_games_that_share_no_code_with_rtec(index, tmp_path):
+    path = tmp_path / "game.csv"
+    path.write_text(game_of(77, index).text, encoding="utf-8")
+    data = load_dataset(path)
+    result = diagnose(data)
+    broken = [*holds.rises(result), *holds.trends(result), *holds.floors(data, result)]
+    for tellings in holds.TELLINGS.values():
+        for told, table in tellings(holds.Table.of(path.read_text(encoding="utf-8"))):
+            broken += holds.differs(result, told, table.write(tmp_path / "told.csv"))
+    assert not broken

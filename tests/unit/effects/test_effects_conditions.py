@@ -47,7 +47,7 @@ def test_clock_is_time_or_row_order():
 
 def test_places_are_distinct_beyond_the_rounding_of_files():
     c = bare(position=np.array([5.0, 0.0, 5.0 + 1e-7, 100.0, 5.001, 0.0]))
-    assert c.places.tolist() == [0.0, 5.0, 5.001, 100.0]
+    assert c.places.tolist() == pytest.approx([0.0, 5.0, 5.001, 100.0], abs=1e-7)
     assert bare(position=np.full(6, 7.0)).places.tolist() == [7.0]
 
 
