@@ -69,6 +69,8 @@ class Dataset:
     """The effects that may explain it."""
     axis: int | None = None
     """Number of the axis that was measured; None where the file does not say it (``# axis: 1``)."""
+    repeat_noise: tuple[float, float] | None = None
+    """Standard deviation of all repeats and its degrees of freedom, where these readings are a part of the file."""
 
     def __post_init__(self) -> None:
         if self.resample is not None and self.conditions.rows != self.resample.samples:

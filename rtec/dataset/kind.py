@@ -35,7 +35,9 @@ class MeasurementKind(Enum):
     SPEED_TABLE = "readings at several speeds, with neither time nor position"
 
 
-def decide(measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None) -> tuple[MeasurementKind, Rows]:
+def decide(
+    measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None
+) -> tuple[MeasurementKind, Rows]:
     """Return the kind of a measurement, and its rows; those of a log without wraps and transients, with its rests."""
     positions = measurement.positions(axis)
     quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)

@@ -81,7 +81,7 @@ def load_dataset(
     >>> data.observe, data.units.position, data.conditions.direction.tolist(), data.cell.tolist()
     ('deviation', 'mm', [1.0, 1.0, 1.0, 1.0], [0, 1, 0, 1])
     """
-    measurement = measurement_of(path_or_measurement, choices)
+    measurement = measurement_of(path_or_measurement, choices).in_order_of_time()
     data = replace(_prepared(measurement, observe, like, facts), library=library)
     at_targets = data.coordinate == "target" and not data.conditions.moving and data.rows == measurement.rows
     if data.observe != "deviation" or not at_targets:

@@ -145,14 +145,15 @@ class Conditions:
 
     @cached_property
     def places(self) -> Floats:
-        """Distinct positions, ascending; of the whole, where these are a drawn part of it."""
+        """Distinct positions, ascending, the middle of those that are alike; of the whole, where this is a part."""
         if self.whole is not None:
             return self.whole.places
         ordered = np.unique(self.position)
         if ordered.size < 2 or self.span == 0.0:
             return ordered[:1]
-        distinct: Floats = ordered[np.append(True, np.diff(ordered) > SAME * self.span)]
-        return distinct
+        apart = np.diff(ordered) > SAME * self.span
+        middle: Floats = (ordered[np.append(True, apart)] + ordered[np.append(apart, True)]) / 2.0
+        return middle
 
     @cached_property
     def both_directions(self) -> bool:

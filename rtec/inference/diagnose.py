@@ -19,7 +19,7 @@ from rtec.inference.fit import check_testable, fit_model, opened_model, residual
 from rtec.inference.forms import forms_of
 from rtec.inference.judgement import judged
 from rtec.inference.model import Model, Term
-from rtec.inference.noise import noise_floor
+from rtec.inference.noise import knowing_its_noise, noise_floor
 from rtec.inference.probes import Probe
 from rtec.inference.results import Diagnosis, Experiment, Outlier, Verdict
 from rtec.inference.scored import Judge, Scored
@@ -64,7 +64,7 @@ def diagnose(
         A model of another quantity, or one with effects that the data cannot show.
     """
     tell = progress or (lambda share: None)
-    dataset = shortened(dataset, seed=seed)
+    dataset = shortened(knowing_its_noise(dataset), seed=seed)
     start = model if model is not None else Model(observe=dataset.observe, units=dataset.units)
     if start.observe != dataset.observe:
         raise ArgumentError("model", f"a model of {start.observe}", f"one of {dataset.observe}")
@@ -215,9 +215,11 @@ def add(
     Raises
     ------
     ArgumentError
-        An unknown effect, one that the model holds already, or one that the data cannot show.
+        An unknown effect, one that the model holds already, also as the best form of a second one, or one that the
+        data cannot show.
     """
-    effect, dataset = dataset.library.named(effect_name), shortened(dataset, seed=seed)
+    effect = dataset.library.named(effect_name)
+    dataset = shortened(knowing_its_noise(dataset), seed=seed)
     if dataset.never_changes:
         problem = f"not testable (the column {dataset.observe} never changes)"
         raise ArgumentError(f"effect {effect_name}", problem, "data in which something changes")
@@ -231,7 +233,10 @@ def add(
     given: tuple[Choice, ...] = tuple((t.effect, t.shape) for t in begun.terms if t.shape is not None)
     opened = opened_model(dataset, begun.with_terms([*begun.terms, term]), all_open=True)
     assert opened is not None  # noqa: S101 - a term without amplitudes is open
-    new = next(choice for choice in opened.scored.choices if choice[0] is effect and choice not in given)
+    new = next((choice for choice in opened.scored.choices if choice[0] is effect and choice not in given), None)
+    if new is None:
+        allowed = "another effect, or a shape that the model does not hold"
+        raise ArgumentError("EFFECT", effect_name, allowed, problem="is in the model in the form that explains most")
     search = Search(Judge(Space(dataset)), given)
     found = search.judge.score([*given, new])
     if shape is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
@@ -40,7 +42,7 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
     dataset, fit = judge.space.dataset, judge.fit(model)
     sigma, dof = float(np.sqrt(fit.variance)), float(max(judge.space.readings - fit.mean.size, 1))
     if dataset.has_repeats:
-        sigma, dof = _of_repeats(dataset)
+        sigma, dof = dataset.repeat_noise or _of_repeats(dataset)
     return NoiseFloor(
         from_repeats=dataset.has_repeats,
         sigma=sigma,
@@ -49,6 +51,11 @@ def noise_floor(judge: Judge, model: Scored) -> NoiseFloor:
         degrees_of_freedom=dof,
         sigma_adjacent=_adjacent(dataset) if dataset.has_repeats else None,
     )
+
+
+def knowing_its_noise(dataset: Dataset) -> Dataset:
+    """Return a data set all parts of which have the noise floor of the whole: a file has one, whoever asks."""
+    return replace(dataset, repeat_noise=_of_repeats(dataset)) if dataset.has_repeats else dataset
 
 
 def _of_repeats(dataset: Dataset) -> tuple[float, float]:

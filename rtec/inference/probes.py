@@ -28,6 +28,8 @@ FEWEST_RUNS, MOST_RUNS, MOST_PASSES = 3, 10, 20
 """Runs, or passes, each of which may have a course of its own."""
 FEWEST_PLACES, MOST_PLACES = 12, 64
 """Of a table that competes with maps and waves: of fewer places a map is a table itself."""
+COPY = 0.99
+"""Correlation with the target, the run, the direction or the row from which on a column is a copy of it."""
 MOST_COLUMNS = 12
 """Of an effect, each of which may change by itself; of more only the sum."""
 
@@ -77,7 +79,8 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
     used = {name for effect in dataset.library for name in effect.other_columns}
     unknown = (item for item in dataset.unknown if heading_name(item[0]) not in used)
-    strange = [(heading, values) for heading, values in unknown if not is_index(values, c)]
+    finite = [(heading, values) for heading, values in unknown if np.isfinite(values).all()]
+    strange = [(heading, values) for heading, values in finite if not is_index(values, c)]
     for heading, values in (*heats.items(), *strange):
         least = LEAST_CHANGE_K if heading in heats else 0.0
         if np.isfinite(values).all() and np.ptp(values) > least:
@@ -106,6 +109,8 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
 def is_index(values: Floats, c: Conditions) -> bool:
     """Return whether a column only numbers the readings: it follows the target, the run, the direction or the row.
 
+    Exactly and never back, or in proportion but for a little noise, as a copy does.
+
     What such a column explains, position, run, direction or time explains.
 
     Examples
@@ -114,9 +119,14 @@ def is_index(values: Floats, c: Conditions) -> bool:
     >>> c = Conditions(position=x, position_unit="mm", run=np.array([1, 1, 1, 2, 2, 2]))
     >>> is_index(np.array([1.0, 2.0, 3.0, 1.0, 2.0, 3.0]), c), is_index(np.array([1.0, 3.0, 2.0, 1.0, 2.0, 3.0]), c)
     (True, False)
+    >>> is_index(x + np.array([0.2, -0.3, 0.1, -0.1, 0.4, -0.2]), c)
+    True
     """
     along = [np.arange(c.rows), c.position, c.run, *([] if c.direction is None else [c.direction])]
-    return any(_is_monotone(values, np.asarray(one, dtype=np.float64)) for one in along)
+    return any(
+        _is_monotone(values, one) or (np.ptp(one) > 0.0 and abs(np.corrcoef(values, one)[0, 1]) > COPY)
+        for one in (np.asarray(one, dtype=np.float64) for one in along)
+    )
 
 
 def _is_monotone(values: Floats, along: Floats) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -128,6 +128,39 @@ class Measurement:
             names = list(dict.fromkeys(self.passes[row] for row in rows))
             heading = names[0] if len(names) == 1 else ""
         return f"{quantity} ({shown(heading)})" if heading else quantity
+
+    def in_order_of_time(self) -> Measurement:
+        """Return the rows as they were taken, where rows of several runs stand mixed, as in a file sorted by target.
+
+        By their times; by runs, and by the times in each, where each run has a clock of its own. Rows that change the
+        run less often than every fourth row stay as they are.
+
+        Examples
+        --------
+        >>> columns = {"run": [1.0, 2, 1, 2], "time": [0.0, 30, 10, 40]}
+        >>> m = Measurement(source="x", facts={}, unknown={}, columns={
+        ...     name: Column(name, "", np.array(values)) for name, values in columns.items()})
+        >>> m.in_order_of_time().columns["run"].values.tolist()
+        [1.0, 1.0, 2.0, 2.0]
+        """
+        if not {"run", "time"} <= set(self.columns):
+            return self
+        run, time_s = self.columns["run"].values, self.columns["time"].values
+        changes, runs = np.count_nonzero(np.diff(run)), np.unique(run).size
+        if changes < max(runs, self.rows // 4) or not (np.diff(time_s) < 0.0).any():
+            return self
+        order = np.argsort(time_s, kind="stable")
+        if np.count_nonzero(np.diff(run[order])) >= runs:
+            order = np.lexsort((time_s, run))
+        note = "rows of several runs stand mixed: they are taken, and counted, in the order of their times"
+        return replace(
+            self,
+            columns={name: replace(column, values=column.values[order]) for name, column in self.columns.items()},
+            unknown={name: values[order] for name, values in self.unknown.items()},
+            lines=None if self.lines is None else [self.lines[row] for row in order],
+            passes=[self.passes[row] for row in order] if self.passes else (),
+            notes=(*self.notes, note),
+        )
 
     def to_readings(self) -> Readings | RotaryReadings:
         """Return the readings of a positioning test.

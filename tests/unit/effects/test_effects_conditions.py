@@ -47,7 +47,7 @@ def test_clock_is_time_or_row_order():
 
 def test_places_are_distinct_beyond_the_rounding_of_files():
     c = bare(position=np.array([5.0, 0.0, 5.0 + 1e-7, 100.0, 5.001, 0.0]))
-    assert c.places.tolist() == [0.0, 5.0, 5.001, 100.0]
+    assert c.places.tolist() == pytest.approx([0.0, 5.0, 5.001, 100.0], abs=1e-7)
     assert bare(position=np.full(6, 7.0)).places.tolist() == [7.0]
 
 
@@ -82,3 +82,12 @@ def test_distance_since_reversal_against_a_walk(bidirectional):
 def test_a_run_in_the_same_direction_begins_anew():
     position, run = np.array([0.0, 5.0, 10.0, 1.0, 7.0]), np.array([1, 1, 1, 2, 2])
     assert distance_since_reversal(position, np.ones(5), run).tolist() == [0.0, 5.0, 10.0, 0.0, 6.0]
+
+
+def test_places_of_the_axis_reversed_are_the_places_reversed():
+    position = np.array([0.0, 1e-5, 50.0, 100.0 - 2e-5, 100.0])
+    here, there = (
+        Conditions(position=x, position_unit="mm", run=np.ones(5, dtype=np.int64)) for x in (position, -position)
+    )
+    assert here.places.size == 3
+    assert np.array_equal(there.places, -here.places[::-1])

@@ -52,7 +52,12 @@ def test_a_curve_by_name():
 
 @pytest.mark.parametrize(
     ("text", "says"),
-    [("", "over something"), ("pressure", "no pressure"), ("acceleration", "no moving data"), ("run", "never changes")],
+    [
+        ("", "over something"),
+        ("pressure", "no pressure"),
+        ("acceleration", "no moving data"),
+        ("run", "never changes"),
+    ],
 )
 def test_what_the_data_lack(text, says):
     assert says in Curve(text).untestable(DATA)

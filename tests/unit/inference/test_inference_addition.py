@@ -99,3 +99,12 @@ def test_an_added_tie_is_told():
     assert result.verdict is Verdict.TIED
     assert result.candidates[0].tied_with == ("backlash",)
     assert "three feeds" in result.experiment.text
+
+
+def test_a_second_one_of_the_same_form_is_refused():
+    data = measured(lambda x, way, t, run: 2e-5 * x * (run > 2))
+    heat = {"temperature": 20.0 + 5.0 * (data.conditions.run > 2)}
+    data = replace(data, conditions=replace(data.conditions, temperatures=heat))
+    one = add("thermal_growth", data).model.terms[0]
+    with pytest.raises(ArgumentError, match="thermal_growth is in the model in the form that explains most"):
+        add("thermal_growth", data, model(one))

@@ -53,7 +53,10 @@ def test_its_model_reads_back_and_predicts_the_same(unknown, tmp_path):
 @pytest.mark.parametrize(
     ("error", "over"),
     [
-        (lambda x, way, t, run: 4.0 * bump(x) * (way > 0) - 4.0 * bump(x - 120.0) * (way < 0), {"position", "direction"}),
+        (
+            lambda x, way, t, run: 4.0 * bump(x) * (way > 0) - 4.0 * bump(x - 120.0) * (way < 0),
+            {"position", "direction"},
+        ),
         (lambda x, way, t, run: 6.0 * bump(x) * (run - 2.0), {"position", "time"}),
     ],
 )

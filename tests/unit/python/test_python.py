@@ -40,7 +40,10 @@ def test_import_loads_nothing():
 
 def test_a_path_a_mapping_and_a_frame_are_read_alike(tmp_path):
     file = tmp_path / "z.csv"
-    lines = [",".join(COLUMNS), *(f"{r},{w},{x},{y!r}" for r, w, x, y in zip(RUN, WAY, X, ERROR.tolist(), strict=True))]
+    lines = [
+        ",".join(COLUMNS),
+        *(f"{r},{w},{x},{y!r}" for r, w, x, y in zip(RUN, WAY, X, ERROR.tolist(), strict=True)),
+    ]
     file.write_text("\n".join(lines))
     for source in (file, str(file), COLUMNS, Frame(COLUMNS)):
         data = rtec.read(source)
