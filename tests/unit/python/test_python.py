@@ -32,7 +32,8 @@ def found():
 
 
 def test_import_loads_nothing():
-    code = "import sys, rtec; sys.exit(any(m in sys.modules for m in ('numpy', 'numba', 'scipy', 'matplotlib', 'typer')))"
+    heavy = ("numpy", "numba", "scipy", "matplotlib", "typer")
+    code = f"import sys, rtec; sys.exit(any(module in sys.modules for module in {heavy}))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     assert set(rtec.__all__) <= set(dir(rtec))
     assert not hasattr(rtec, "no_such_thing")
@@ -124,7 +125,7 @@ def test_a_model_is_made_written_read_and_asked(found, tmp_path):
     again = rtec.Model.read(file)
     assert again.parameters["scale"]["scale"][0] == found.model.parameters["scale"]["scale"][0]
     assert again.predict(COLUMNS) == pytest.approx(found.columns["model_um"], abs=1e-9)
-    assert rtec.compare(COLUMNS, file).rms == pytest.approx(found.rms_after, rel=1e-6)
+    assert rtec.compare(COLUMNS, file).rms == pytest.approx(found.rms_after, rel=1e-4)
     made = rtec.Model({"backlash": {"backlash": "-4 um"}, "scale": {}})
     assert made.effects == ("backlash", "scale")
     assert rtec.compare(COLUMNS, made).rms < 0.6
