@@ -64,8 +64,7 @@ def new(
 
     Example: rtec blind new --seed 7 -o data.csv
     Example: rtec blind new --hide 'backlash=3 um' --hide 'cyclic=6 um' -o data.csv
-    Example: rtec blind new --hide thermal_growth --plan one_heating -o poor.csv
-    Example: rtec blind new --effects mine.py --hide dent='5 um' -o data.csv
+    Example: rtec blind new --effects mine.py --hide dent='5 um' --plan dense -o data.csv
     """
     from secrets import randbelow
 
@@ -130,8 +129,7 @@ def measure(
 
     Example: rtec diagnose data.csv --suggest plan.toml && rtec blind measure data.csv --plan plan.toml -o second.csv
     Example: rtec blind measure data.csv --plan plan.toml -o second.csv --seed 4
-    Example: rtec blind measure data.csv --plan plan.toml -o second.csv --force --json
-    Example: rtec blind measure data.csv --plan plan.toml --effects mine.py -o second.csv
+    Example: rtec blind measure data.csv --plan plan.toml --effects mine.py -o second.csv --force --json
     """
     from rtec.blind.sealing import measure as measured
     from rtec.effects.own_file import library_of_file
@@ -186,8 +184,7 @@ def guess(
 
     Example: rtec blind guess data.csv backlash cyclic
     Example: rtec blind guess data.csv 'backlash=12 +- 0.5 um' 'drift=20 um/h' --by Ada
-    Example: rtec blind guess data.csv nothing --json
-    Example: rtec blind guess data.csv --effects mine.py dent='5 um'
+    Example: rtec blind guess data.csv --effects mine.py dent='5 um' --json
     """
     from rtec.blind.guess import guessed, points_of, read_answer, total_of
     from rtec.blind.kept_answers import KeptAnswer, answers_path, keep
