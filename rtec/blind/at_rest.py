@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +14,13 @@ from rtec.blind.draws import Draw, Occasion, stream
 from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.noise import Readings, noise_of, resolved
 from rtec.blind.outside import KINDS
+from rtec.blind.own_errors import draw_own
 from rtec.blind.plan import Course, Floats, Plan, draw_course
 from rtec.blind.scenario import Scenario
 from rtec.blind.slow_errors import DRAWN_ANEW, SLOW, SlowError
 from rtec.blind.static_errors import table_of
 from rtec.blind.strength import hidden_static, static_errors
+from rtec.effects.own import FunctionEffect
 from rtec.metrology import Column
 from rtec.predictors import Predictor
 
@@ -63,7 +66,7 @@ def measure_at_rest(scenario: Scenario, seed: int, plan: Plan, number: int) -> R
     hidden = hidden_static(scenario, static, course.target_mm, c.direction)
     if lost is not None:
         hidden["lost_counts"] = _hidden_counts(lost, course.target_mm.size, sigma_mm)
-    deviation_mm = c.measured.deviation_mm + _slow(scenario.wanted, occasion, c, sigma_mm, hidden)
+    deviation_mm = c.measured.deviation_mm + _slow(scenario, occasion, c, sigma_mm, hidden)
     readings = Readings(time_s=c.measured.time_s, position_mm=course.target_mm, direction=c.direction, run=course.run)
     deviation_mm += noise_of(scenario.noise, readings, sigma_mm, occasion.stream(Draw.NOISE))
     shown_degc = sensed_temperature(c.temperature_degc, occasion.stream(Draw.SENSOR))
@@ -110,24 +113,26 @@ def _carried_out(
 
 
 def _slow(
-    wanted: Mapping[str, float], occasion: Occasion, c: Circumstances, sigma_mm: float, hidden: dict[str, Hidden]
+    scenario: Scenario, occasion: Occasion, c: Circumstances, sigma_mm: float, hidden: dict[str, Hidden]
 ) -> Floats:
     """Return the sum of the slow errors at each reading, and write down what they are."""
-    total_mm = np.zeros(c.course.target_mm.size)
-    for name in (name for name in wanted if name in SLOW or name in KINDS):
-        slow = first = _drawn(name, c.origin, stream(occasion.seed, Draw.EFFECT, name))
+    total_mm, draws = np.zeros(c.course.target_mm.size), _draws_of(scenario)
+    for name in (name for name in scenario.names if name in draws):
+        slow = first = draws[name](c.origin, stream(occasion.seed, Draw.EFFECT, name))
         if c.first is not None:
             anew = name in DRAWN_ANEW
             rng = occasion.stream(Draw.EFFECT, name) if anew else stream(occasion.seed, Draw.EFFECT, name)
-            slow = _drawn(name, c, rng)
-        factor = wanted[name] * sigma_mm / rms(first.added_mm)
+            slow = draws[name](c, rng)
+        factor = scenario.wanted[name] * sigma_mm / rms(first.added_mm)
         total_mm += factor * slow.added_mm
         hidden[name] = hidden_of(name, slow.description, slow.parameters, factor, rms(slow.added_mm), sigma_mm)
     return total_mm
 
 
-def _drawn(name: str, c: Circumstances, rng: np.random.Generator) -> SlowError:
-    return (SLOW[name] if name in SLOW else KINDS[name].draw)(c, rng)
+def _draws_of(scenario: Scenario) -> Mapping[str, Callable[[Circumstances, np.random.Generator], SlowError]]:
+    """Return what draws each slow error, by name: of the game, and of the player's own."""
+    own = {effect.name: partial(draw_own, effect) for effect in scenario.own if isinstance(effect, FunctionEffect)}
+    return {**{name: kind.draw for name, kind in KINDS.items()}, **SLOW, **own}
 
 
 def _lost_counts(course: Course, scenario: Scenario, seed: int) -> _Lost | None:

@@ -157,7 +157,7 @@ def measured(scenario: Scenario, seed: int, plan: Plan, number: int) -> tuple[Me
         sigma_um=plan.sigma_um,
         seed=seed,
         plan=plan.name,
-        outside=tuple(name for name in scenario.names if name in OUTSIDE),
+        outside=tuple(name for name in scenario.names if name in (*OUTSIDE, *scenario.own_names)),
     )
 
 

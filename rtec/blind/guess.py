@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from rtec.blind.answer import NAMES_OF_NOISE
 from rtec.blind.hidden import Parameter, Secret
-from rtec.blind.scenario import OUTSIDE
-from rtec.blind.sizes import SIZES, Size, read_size, size_of
+from rtec.blind.scenario import NOTHING, OUTSIDE, UNKNOWN
+from rtec.blind.sizes import Size, read_size, size_of
 from rtec.effects import LIBRARY
 from rtec.errors import ArgumentError, meant
 
-NOTHING = "nothing"
-"""The answer where no effect is hidden."""
-UNKNOWN = "unknown"
-"""The answer where something is hidden that lies outside the library."""
 ANSWERS = (NOTHING, UNKNOWN, *(effect.name for effect in LIBRARY), *OUTSIDE)
 """Words of an answer."""
 _NAME_POINTS, _SIZE_POINTS = 2, 1
@@ -39,7 +35,7 @@ class Guess:
         return not self.missed and not self.wrong
 
 
-def guessed(secret: Secret, answer: Sequence[str]) -> Guess:
+def guessed(secret: Secret, answer: Sequence[str], own: Collection[str] = ()) -> Guess:
     """Score an answer against a secret.
 
     Parameters
@@ -48,6 +44,8 @@ def guessed(secret: Secret, answer: Sequence[str]) -> Guess:
         What is hidden.
     answer
         Names of effects, ``unknown`` for one outside the library, or ``nothing`` alone.
+    own
+        Names of a player's own effects.
 
     Raises
     ------
@@ -67,7 +65,7 @@ def guessed(secret: Secret, answer: Sequence[str]) -> Guess:
     >>> guessed(secret, ["backlash", "cyclic"])
     Guess(right=('backlash',), missed=('drift',), wrong=('cyclic',))
     """
-    _check(answer)
+    _check(answer, own)
     said = [name for name in answer if name not in (NOTHING, _NO_EFFECT)]
     hidden = list(secret.names)
     if UNKNOWN in said:
@@ -93,8 +91,10 @@ class Points:
     """In words."""
 
 
-def read_answer(words: Sequence[str]) -> dict[str, Size | None]:
+def read_answer(words: Sequence[str], own: Collection[str] = ()) -> dict[str, Size | None]:
     """Read an answer: names of effects, each with its size behind an equals sign where it is said.
+
+    ``own`` has the names of a player's own effects.
 
     Raises
     ------
@@ -107,14 +107,25 @@ def read_answer(words: Sequence[str]) -> dict[str, Size | None]:
     {'backlash': Size(value=12.0, uncertainty=0.0, unit='um'), 'drift': None}
     """
     pairs = [word.partition("=") for word in words]
-    _check([name.strip() for name, _, _ in pairs])
+    _check([name.strip() for name, _, _ in pairs], own)
     return {
-        name.strip(): read_size(name.strip(), text, where="EFFECT") if equals else None
+        name.strip(): read_size(name.strip(), text, where="EFFECT", own=own) if equals else None
         for name, equals, text in pairs
     }
 
 
-def points_of(secret: Secret, answer: Mapping[str, Size | None]) -> tuple[Points, ...]:
+def own_names_in(words: Sequence[str]) -> frozenset[str]:
+    """Return the names in a kept answer that the game does not know: they were a player's own as it was given.
+
+    Examples
+    --------
+    >>> own_names_in(["dent=5 um", "drift"])
+    frozenset({'dent'})
+    """
+    return frozenset(word.partition("=")[0].strip() for word in words) - set(ANSWERS)
+
+
+def points_of(secret: Secret, answer: Mapping[str, Size | None], own: Collection[str] = ()) -> tuple[Points, ...]:
     """Return the points of an answer, name by name: 2 for a right name, 1 for its size, -1 for a wrong name.
 
     A size is right within 10 % of the one that is hidden, or within the uncertainty that the answer states, unless
@@ -132,7 +143,7 @@ def points_of(secret: Secret, answer: Mapping[str, Size | None]) -> tuple[Points
     -1 of 0 cyclic is not hidden
     """
     names = list(answer)
-    found = guessed(secret, names)
+    found = guessed(secret, names, own)
     hidden = {effect.name: effect for effect in secret.effects}
     points = []
     for name in found.right:
@@ -141,7 +152,7 @@ def points_of(secret: Secret, answer: Mapping[str, Size | None]) -> tuple[Points
         most = _NAME_POINTS + (0 if truth is None else _SIZE_POINTS)
         points.append(Points(name=name, points=_NAME_POINTS + got, most=most, why=f"is right{why}"))
     for name in found.missed:
-        most = _NAME_POINTS + (_SIZE_POINTS if name in SIZES else 0)
+        most = _NAME_POINTS + (0 if size_of(hidden[name]) is None else _SIZE_POINTS)
         points.append(Points(name=name, points=0, most=most, why="is missed"))
     if not secret.effects:
         right = NOTHING in answer
@@ -173,13 +184,14 @@ def _judged(size: Size | None, truth: Parameter) -> tuple[int, str]:
     return 0, f"{percent}, more than 10 %{wide}"
 
 
-def _check(answer: Sequence[str]) -> None:
+def _check(answer: Sequence[str], own: Collection[str]) -> None:
+    known = (*ANSWERS, *own)
     if not answer:
         raise ArgumentError("EFFECT", "no name", f"names of effects, or '{NOTHING}'")
     for name in answer:
-        if name not in ANSWERS:
-            allowed = f"effects of 'rtec effects', '{UNKNOWN}' or '{NOTHING}'"
-            raise ArgumentError("EFFECT", repr(name)[:60], allowed, meant(name, ANSWERS), problem="is not an effect")
+        if name not in known:
+            allowed = f"effects of 'rtec effects' or of --effects, '{UNKNOWN}' or '{NOTHING}'"
+            raise ArgumentError("EFFECT", repr(name)[:60], allowed, meant(name, known), problem="is not an effect")
     if len(set(answer)) != len(answer):
         raise ArgumentError("EFFECT", repr(" ".join(answer)[:60]), "each name once", problem="names an effect twice")
     if NOTHING in answer and len(answer) > 1:

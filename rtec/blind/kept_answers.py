@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rtec.blind.sealing import opened, sealed_path
+from rtec.blind.sealing import reveal, sealed_path
 from rtec.errors import FileFormatError, OutputError
 from rtec.io import json_text, parse_json, read_bytes, read_text
 
@@ -113,7 +113,7 @@ def _read(path: Path, lines: Sequence[str], link: str) -> Iterator[tuple[KeptAns
 
 
 def _first_link(data: str | Path) -> str:
-    opened(data)  # data and seal belong together
+    reveal(data)  # data and seal belong together
     return hashlib.sha256(read_bytes(sealed_path(data))).hexdigest()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any
 
@@ -11,13 +12,19 @@ import numpy as np
 from rtec.blind.draws import Draw, checked_seed, stream
 from rtec.blind.noise import Noise
 from rtec.blind.outside import KINDS
+from rtec.blind.own_errors import unfit_own
 from rtec.blind.plan import PLANS, Plan
 from rtec.blind.slow_errors import SLOW
 from rtec.blind.static_errors import STATIC
 from rtec.checks import number_within
+from rtec.effects.protocol import Effect
 from rtec.errors import ArgumentError, nearest
 from rtec.metrology import Heating, Passes, Reading, Spacing, Weather
 
+NOTHING = "nothing"
+"""The answer where no effect is hidden."""
+UNKNOWN = "unknown"
+"""The answer where something is hidden that lies outside the library."""
 OUTSIDE_OF_GAME = ("moving_bump", "chirped_cyclic", "dwell_reversal")
 """What `scenario_of` draws of it, so that a seed keeps its game."""
 OUTSIDE = (*OUTSIDE_OF_GAME, *(name for name in KINDS if name not in OUTSIDE_OF_GAME))
@@ -100,15 +107,22 @@ class Scenario:
     """Its family."""
     plan: Plan = field(default=PLANS["base"])
     """What is measured."""
+    own: tuple[Effect, ...] = field(default=(), compare=False)
+    """Effects of a player's own, made by ``@rtec.effect``; hidden are those in `names`."""
 
     def __post_init__(self) -> None:
         """Check names, strengths and that the plan can show them."""
         object.__setattr__(self, "names", tuple(self.names))
+        for effect in self.own:
+            if effect.name in (*_KNOWN, NOTHING, UNKNOWN):
+                problem = "has a name that the game uses for something else"
+                raise ArgumentError("own", effect.name, "a name of its own", problem=problem)
+        known = (*_KNOWN, *(effect.name for effect in self.own))
         for name in self.names:
-            if name not in _KNOWN:
-                hint = nearest(name, _KNOWN)
+            if name not in known:
+                hint = nearest(name, known)
                 raise ArgumentError("names", repr(name)[:60], "effects of the game", hint, problem="is not an effect")
-            if (why := unfit(name, self.plan)) is not None:
+            if (why := unfit(name, self.plan, self.own)) is not None:
                 allowed = "an effect that it shows, or another plan"
                 problem = f"cannot be seen with the plan {self.plan.name}"
                 raise ArgumentError("names", name, allowed, why, problem=problem)
@@ -132,9 +146,14 @@ class Scenario:
         """The strength by name."""
         return dict(zip(self.names, self.strengths, strict=True))
 
+    @property
+    def own_names(self) -> tuple[str, ...]:
+        """Those of `names` that are a player's own effects."""
+        return tuple(name for name in self.names if name not in _KNOWN)
 
-def unfit(name: str, plan: Plan) -> str | None:
-    """Return why an effect cannot be hidden in a plan, or None where it can.
+
+def unfit(name: str, plan: Plan, own: Sequence[Effect] = ()) -> str | None:
+    """Return why an effect, perhaps one of a player's own, cannot be hidden in a plan, or None where it can.
 
     Examples
     --------
@@ -143,6 +162,9 @@ def unfit(name: str, plan: Plan) -> str | None:
     >>> unfit("backlash", PLANS["base"]) is None
     True
     """
+    for effect in own:
+        if effect.name == name:
+            return unfit_own(effect, plan)
     moving, drive = plan.reading is Reading.MOVING, plan.reading is Reading.DRIVE
     runs, targets = (KINDS[name].runs, KINDS[name].targets) if name in KINDS else (1, 2)
     one_way = not moving and plan.passes is Passes.FORWARD
@@ -167,15 +189,20 @@ def unfit(name: str, plan: Plan) -> str | None:
 
 
 _KINDS = (("nothing", 0.12), ("outside", 0.18), ("one", 0.30), ("two", 0.28), ("three", 0.12))
+_PLANS_OF_GAME = ("base", "temperature", "dense", "moving", "dwell")
+_MOST = 3
+"""Effects in a game that a seed draws."""
 
 
-def scenario_of(seed: int) -> Scenario:
+def scenario_of(seed: int, own: Sequence[Effect] = ()) -> Scenario:
     """Draw what the game hides.
 
     Parameters
     ----------
     seed
         The same seed draws the same scenario.
+    own
+        Effects of a player's own. One of them is hidden, in place of what the seed draws without them or beside it.
 
     Returns
     -------
@@ -185,21 +212,40 @@ def scenario_of(seed: int) -> Scenario:
     Raises
     ------
     ArgumentError
-        A seed that is no whole number from 0 to 2^62.
+        A seed that is no whole number from 0 to 2^62, or own effects that no plan shows.
 
     Examples
     --------
     >>> scenario_of(3) == scenario_of(3)
     True
     """
-    rng = stream(checked_seed(seed), Draw.SCENARIO)
+    drawn = _scenario_of(checked_seed(seed))
+    return _with_own(drawn, tuple(own), stream(seed, Draw.SCENARIO, "own")) if own else drawn
+
+
+def _with_own(drawn: Scenario, own: tuple[Effect, ...], rng: np.random.Generator) -> Scenario:
+    for plan in (drawn.plan, *(PLANS[name] for name in _PLANS_OF_GAME), *PLANS.values()):
+        if fit := [effect for effect in own if unfit_own(effect, plan) is None]:
+            break
+    else:
+        why = unfit_own(own[0], drawn.plan) or ""
+        raise ArgumentError("own", own[0].name, "another effect", why, problem="is shown by no plan of the game")
+    chosen, beside = fit[int(rng.integers(len(fit)))], rng.uniform() < 0.5
+    room = plan is drawn.plan and len(drawn.names) < _MOST and set(drawn.names).isdisjoint(OUTSIDE)
+    others = drawn.wanted if beside and room else {}
+    names, strengths = (*others, chosen.name), (*others.values(), *_strengths(1, rng))
+    return Scenario(names=names, strength_sigma=strengths, noise=drawn.noise, plan=plan, own=own)
+
+
+def _scenario_of(seed: int) -> Scenario:
+    rng = stream(seed, Draw.SCENARIO)
     kind = str(rng.choice([name for name, _ in _KINDS], p=[share for _, share in _KINDS]))
     noise = Noise.WHITE if rng.uniform() < 0.7 else Noise.CORRELATED
     if kind == "outside":
         name = str(rng.choice(OUTSIDE_OF_GAME))
         plan = PLANS["dwell"] if name == "dwell_reversal" and rng.uniform() < 0.5 else PLANS["base"]
         return Scenario(names=(name,), strength_sigma=_strengths(1, rng), noise=Noise.WHITE, plan=plan)
-    plan = PLANS[str(rng.choice(["base", "temperature", "dense", "moving", "dwell"], p=[0.5, 0.2, 0.1, 0.1, 0.1]))]
+    plan = PLANS[str(rng.choice(_PLANS_OF_GAME, p=[0.5, 0.2, 0.1, 0.1, 0.1]))]
     count = {"nothing": 0, "one": 1, "two": 2, "three": 3}[kind]
     names = companions(plan, count, rng)
     return Scenario(names=names, strength_sigma=_strengths(len(names), rng), noise=noise, plan=plan)
@@ -244,11 +290,12 @@ def scenario_document(scenario: Scenario) -> dict[str, Any]:
         "strengths_sigma": list(scenario.strengths),
         "noise": scenario.noise.value,
         "plan": {f.name: _written(getattr(scenario.plan, f.name)) for f in fields(Plan)},
+        **({"own": list(scenario.own_names)} if scenario.own_names else {}),
     }
 
 
-def scenario_from(document: dict[str, Any]) -> Scenario:
-    """Return the scenario that a JSON document holds.
+def scenario_from(document: dict[str, Any], own: Sequence[Effect] = ()) -> Scenario:
+    """Return the scenario that a JSON document holds; ``own`` has the effects of a player's own that it names.
 
     Raises
     ------
@@ -266,6 +313,7 @@ def scenario_from(document: dict[str, Any]) -> Scenario:
         strength_sigma=tuple(document["strengths_sigma"]),
         noise=Noise(document["noise"]),
         plan=Plan(**{f.name: _read(f, document["plan"][f.name]) for f in fields(Plan)}),
+        own=tuple(own),
     )
 
 

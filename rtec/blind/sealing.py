@@ -10,8 +10,9 @@ import base64
 import binascii
 import contextlib
 import hashlib
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,17 @@ from rtec.blind.game import again, play
 from rtec.blind.hidden import Hidden, Parameter, Secret
 from rtec.blind.scenario import Scenario, scenario_document, scenario_from, scenario_of
 from rtec.checks import whole_within
-from rtec.errors import ArgumentError, FileFormatError, OutputError
+from rtec.effects.protocol import Effect
+from rtec.errors import ArgumentError, FileFormatError, OutputError, RtecError
 from rtec.io import json_text, parse_json, read_bytes, read_text, write_text
 from rtec.metrology import Measurement, read_experiment, write_measurement
 from rtec.metrology.experiment_file import naming_keys
 
 SUFFIX = ".sealed"
 FORMAT = "rtec blind 3"
+_SAME = 1e-6
+"""Share by which numbers of one effect may differ: two processors round differently."""
+_OTHER = "an effect of --effects is not the one that was hidden: give its file as it was"
 _ALLOWED = "the file that 'rtec blind new' wrote beside the data"
 
 
@@ -94,7 +99,13 @@ def new(seed: int, data: str | Path, *, scenario: Scenario | None = None, force:
 
 
 def measure(
-    data: str | Path, plan: str | Path, output: str | Path, *, seed: int | None = None, force: bool = False
+    data: str | Path,
+    plan: str | Path,
+    output: str | Path,
+    *,
+    seed: int | None = None,
+    own: Sequence[Effect] = (),
+    force: bool = False,
 ) -> Path:
     """Carry an experiment out on the axis of a data file, write what was measured, and seal its secret beside it.
 
@@ -108,6 +119,8 @@ def measure(
         The measurement file (CSV) to be written.
     seed
         Of the noise, the targets and the surroundings; None takes the next one after that of ``data``.
+    own
+        The player's own effects that the game hides.
     force
         Replace files that exist.
 
@@ -120,6 +133,8 @@ def measure(
     ------
     ArgumentError
         A plan that the axis cannot carry out, or an output that is the data file.
+    RtecError
+        An own effect that the game hides is not given, or another one of that name.
     FileFormatError
         A file is missing or is not what it should be.
     OutputError
@@ -137,7 +152,7 @@ def measure(
     >>> reveal(folder / "second.csv").names == reveal(folder / "data.csv").names
     True
     """
-    sealed = opened(data)
+    sealed = opened(data, own)
     experiment = read_experiment(plan)
     for needed in (Path(data), sealed_path(data), Path(plan)):
         for new_file in (Path(output), sealed_path(output)):
@@ -148,6 +163,8 @@ def measure(
         number = sealed.number + 1 if seed is None else seed
         with naming_keys(plan):
             measurement, secret = again(sealed.scenario, sealed.secret.seed, experiment, number)
+        if _differs(sealed, secret):
+            raise RtecError(f"{data}: {_OTHER}")
         return _write(output, measurement, Sealed(secret=secret, scenario=sealed.scenario, number=number))
 
 
@@ -201,17 +218,52 @@ def reveal(data: str | Path) -> Secret:
     FileFormatError
         A file is missing, the sealed file is no such file, or the data file is not the one that was sealed.
     """
-    return opened(data).secret
+    with _readable(data) as document:
+        return secret_from(document)
 
 
-def opened(data: str | Path) -> Sealed:
+def opened(data: str | Path, own: Sequence[Effect] = ()) -> Sealed:
     """Open what is sealed beside a data file: the secret, and the axis itself, to be measured again.
+
+    ``own`` has the effects of a player's own that the axis hides.
 
     Raises
     ------
     FileFormatError
         As in `reveal`.
+    RtecError
+        An own effect that the axis hides is not given.
     """
+    with _readable(data) as document:
+        axis = document["axis"]
+        hidden = axis["scenario"].get("own", ())
+        given = [effect for effect in own if effect.name in hidden]
+        if len(given) < len(hidden):
+            raise RtecError(f"{data}: this game hides an effect of somebody's own: give its file with --effects")
+        try:
+            scenario = scenario_from(axis["scenario"], given)
+        except ArgumentError:
+            if given:
+                raise RtecError(f"{data}: {_OTHER}") from None
+            raise
+        number = whole_within("number", axis["number"], 0, 1 << 62)
+        return Sealed(secret=secret_from(document), scenario=scenario, number=number)
+
+
+def _differs(sealed: Sealed, secret: Secret) -> bool:
+    """Return whether an own effect has other numbers than those that were sealed."""
+    for before, now in zip(sealed.secret.effects, secret.effects, strict=True):
+        if now.name in sealed.scenario.own_names:
+            names = [[one.name for one in hidden.parameters] for hidden in (before, now)]
+            pairs = zip(before.parameters, now.parameters, strict=False)
+            if names[0] != names[1] or not all(math.isclose(a.value, b.value, rel_tol=_SAME) for a, b in pairs):
+                return True
+    return False
+
+
+@contextlib.contextmanager
+def _readable(data: str | Path) -> Iterator[dict[str, Any]]:
+    """Yield the secret of a data file as its document; what it lacks is one clear error."""
     path, seal = Path(data), sealed_path(data)
     content = read_bytes(path)
     if not seal.exists():
@@ -230,11 +282,7 @@ def opened(data: str | Path) -> Sealed:
     if document.get("secret_sha256") != _sha256(text):
         raise FileFormatError(seal, None, "its secret was changed", _ALLOWED)
     try:
-        document = parse_json(text)
-        axis = document["axis"]
-        scenario = scenario_from(axis["scenario"])
-        number = whole_within("number", axis["number"], 0, 1 << 62)
-        return Sealed(secret=secret_from(document), scenario=scenario, number=number)
+        yield parse_json(text)
     except (AttributeError, KeyError, TypeError, ValueError):
         raise FileFormatError(seal, None, "its secret cannot be read", _ALLOWED) from None
 

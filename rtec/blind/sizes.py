@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from rtec.blind.game import play
 from rtec.blind.hidden import Hidden, Parameter
 from rtec.blind.plan import PLANS, Plan
 from rtec.blind.scenario import Scenario, unfit
+from rtec.effects.protocol import Effect
 from rtec.errors import ArgumentError
 from rtec.units import NUMBER, parse_in
 
@@ -57,6 +58,8 @@ SIZES: Mapping[str, tuple[str, tuple[str, ...]]] = MappingProxyType(
 """The number of each effect that is its size, and its units: on a linear axis, and on a rotary one."""
 _RENAMED = {"mass": ("mass", "inertia")}
 """Names of a number that has another one on a rotary axis."""
+_OF_OWN = ("amplitude", ("um",))
+"""The size of a player's own effect; in the secret it is named like the effect."""
 _BETWEEN = re.compile(r"\s*(?:\+/?-|±)\s*")
 
 
@@ -71,7 +74,7 @@ class Size:
     """One of the effect's."""
 
 
-def read_size(name: str, text: str, *, where: str) -> Size:
+def read_size(name: str, text: str, *, where: str, own: Collection[str] = ()) -> Size:
     """Read the size of an effect: ``12 um``, ``12 +- 0.5 um``, or as a diagnosis shows it, ``−12.0 ± 0.5 µm``.
 
     Parameters
@@ -82,6 +85,8 @@ def read_size(name: str, text: str, *, where: str) -> Size:
         Its size.
     where
         The option or argument, for the error message.
+    own
+        Names of a player's own effects.
 
     Raises
     ------
@@ -95,9 +100,9 @@ def read_size(name: str, text: str, *, where: str) -> Size:
     >>> read_size("backlash", "12 +- 0.5 um", where="--hide").uncertainty
     0.5
     """
-    if name not in SIZES:
+    if name not in SIZES and name not in own:
         raise ArgumentError(where, f"{name}={text}"[:60], f"{name} without a value", "it has no size that counts")
-    parameter, units = SIZES[name]
+    parameter, units = SIZES.get(name, _OF_OWN)
     parts = _BETWEEN.split(text.replace("\N{MINUS SIGN}", "-").strip())
     if len(parts) == 2 and re.fullmatch(NUMBER, parts[0]):
         parts[0] += re.sub(rf"^{NUMBER}", "", parts[1])
@@ -124,7 +129,7 @@ def _read(text: str, unit: str, where: str) -> float:
 
 
 def size_of(hidden: Hidden) -> Parameter | None:
-    """Return the number of a hidden effect that is its size; None outside the library.
+    """Return the number of a hidden effect that is its size; None for what the game hides outside the library.
 
     Examples
     --------
@@ -132,12 +137,14 @@ def size_of(hidden: Hidden) -> Parameter | None:
     >>> size_of(secret.effects[0]).name
     'amplitude'
     """
-    wanted = SIZES.get(hidden.name, ("", ()))[0]
+    wanted = SIZES.get(hidden.name, (hidden.name, ()))[0]
     names = _RENAMED.get(wanted, (wanted,))
     return next((parameter for parameter in hidden.parameters if parameter.name in names), None)
 
 
-def scenario_of_sizes(wanted: Sequence[tuple[str, Size | None]], plan: Plan, seed: int) -> Scenario:
+def scenario_of_sizes(
+    wanted: Sequence[tuple[str, Size | None]], plan: Plan, seed: int, own: Sequence[Effect] = ()
+) -> Scenario:
     """Return what hides effects of given sizes in the axis of a seed.
 
     Parameters
@@ -146,6 +153,8 @@ def scenario_of_sizes(wanted: Sequence[tuple[str, Size | None]], plan: Plan, see
         Effects, each with its size, or without for five times the noise.
     plan, seed
         Of the game; a seed decides shapes, places and signs.
+    own
+        A player's own effects.
 
     Raises
     ------
@@ -160,7 +169,7 @@ def scenario_of_sizes(wanted: Sequence[tuple[str, Size | None]], plan: Plan, see
     """
     names = tuple(name for name, _ in wanted)
     tried = tuple(_TRIED_SIGMA.get(name, PLAIN_SIGMA) if size else PLAIN_SIGMA for name, size in wanted)
-    scenario = Scenario(names=names, strength_sigma=tried, plan=plan)
+    scenario = Scenario(names=names, strength_sigma=tried, plan=plan, own=tuple(own))
     if not any(size for _, size in wanted):
         return scenario
     _, secret = play(scenario, seed)
@@ -168,7 +177,7 @@ def scenario_of_sizes(wanted: Sequence[tuple[str, Size | None]], plan: Plan, see
         strength if size is None else strength * _share(size, hidden, strength)
         for (_, size), hidden, strength in zip(wanted, secret.effects, tried, strict=True)
     ]
-    return Scenario(names=names, strength_sigma=tuple(strengths), plan=plan)
+    return replace(scenario, strength_sigma=tuple(strengths))
 
 
 def _share(size: Size, hidden: Hidden, strength: float) -> float:
@@ -186,12 +195,12 @@ def _share(size: Size, hidden: Hidden, strength: float) -> float:
     return share
 
 
-def plans_showing(name: str) -> tuple[str, ...]:
-    """Return the plans in which an effect can be hidden.
+def plans_showing(name: str, own: Sequence[Effect] = ()) -> tuple[str, ...]:
+    """Return the plans in which an effect, perhaps one of a player's own, can be hidden.
 
     Examples
     --------
     >>> plans_showing("eccentricity")
     ('turn',)
     """
-    return tuple(key for key, plan in PLANS.items() if unfit(name, plan) is None)
+    return tuple(key for key, plan in PLANS.items() if unfit(name, plan, own) is None)

@@ -24,7 +24,7 @@ VERBS = {
     "train": "Fit tables, physical effects and networks to one measurement, and compare them by readings that"
     " none has seen.",
     "export": "Write what a model or a trained predictor says of position and direction, for another program.",
-    "effects": "List the physical effects that are known, or show the card of one.",
+    "effects": "List the physical effects that are known, show the card of one, or check those that you wrote.",
     "simulate": "Send an encoder's edges through the box into the controller, compare the counts, and draw an "
     "insertion.",
     "tables": "Show what each design does to A and B, from every state and for both signs.",

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rtec.blind.hidden import Secret
     from rtec.blind.scenario import Scenario
     from rtec.blind.scored import LineScore
+    from rtec.effects.protocol import Effect
 
 
 _MISSED = 1
@@ -51,54 +52,62 @@ def new(
     plan: str | None = option(
         "--plan", "NAME", "Of the measurement, with --hide; base without it.", complete=completing(PLANS)
     ),
+    own: Path | None = _measured.EFFECTS,
     force: bool = force("Write over files that exist."),
     json: bool = _measured.JSON,
 ) -> None:
     """Hide none to three effects in the emulated axis, measure it, and seal the secret beside the data.
 
     The seal keeps the secret from a glance only. A size is the number of the effect that 'rtec blind reveal' shows;
-    its sign is drawn.
+    its sign is drawn. With --effects, an effect of yours can be hidden in readings at rest; its size is its amplitude
+    in um. Without --hide, one of yours is hidden, alone or beside others.
 
     Example: rtec blind new --seed 7 -o data.csv
     Example: rtec blind new --hide 'backlash=3 um' --hide 'cyclic=6 um' -o data.csv
-    Example: rtec blind new --hide thermal_growth --plan one_heating -o poor.csv
+    Example: rtec blind new --effects mine.py --hide dent='5 um' --plan dense -o data.csv
     """
     from secrets import randbelow
 
     from rtec.blind.sealing import new as played
+    from rtec.effects.own_file import library_of_file
 
     drawn = seed is None
     number = randbelow(1 << 31) if seed is None else seed
-    scenario = _scenario(hide or [], plan, number)
+    scenario = _scenario(hide or [], plan, number, library_of_file(own).own)
+    with_own = "" if own is None else f" --effects {own}"
     seal = played(number, output, scenario=scenario, force=force)
     if json:
         print_json({"data": str(output), "sealed": str(seal), "seed": number})
     else:
-        typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
+        typer.echo(f"Measured: {output}; try: rtec diagnose {output}{with_own}")
         typer.echo(f"Sealed: {seal}; open it with: rtec blind reveal {output}")
         if drawn:
             typer.echo(f"Seed: {number}, drawn; --seed {number} plays the same game again")
 
 
-def _scenario(hide: list[str], plan: str | None, seed: int) -> Scenario | None:
+def _scenario(hide: list[str], plan: str | None, seed: int, own: tuple[Effect, ...]) -> Scenario:
     from rtec.blind.plan import plan_named
-    from rtec.blind.scenario import Scenario
+    from rtec.blind.scenario import Scenario, scenario_of
     from rtec.blind.sizes import plans_showing, read_size, scenario_of_sizes
 
-    if not hide:
-        if plan is not None:
-            raise needs("--plan", "--hide", "without, the seed decides on the plan, too")
-        return None
+    if not hide and plan is not None:
+        raise needs("--plan", "--hide", "without, the seed decides on the plan, too")
     pairs = [(name.strip(), equals, text) for name, equals, text in (word.partition("=") for word in hide)]
     names = tuple(name for name, _, _ in pairs)
+    own_names = [effect.name for effect in own]
     try:
+        if not hide:
+            return scenario_of(seed, own)
         measured_by = plan_named(plan or "base")
-        Scenario(names=names, plan=measured_by)  # a wrong name is said before a wrong size
-        sizes = [(name, read_size(name, text, where="--hide") if equals else None) for name, equals, text in pairs]
-        return scenario_of_sizes(sizes, measured_by, seed)
+        Scenario(names=names, plan=measured_by, own=own)  # a wrong name is said before a wrong size
+        sizes = [
+            (name, read_size(name, text, where="--hide", own=own_names) if equals else None)
+            for name, equals, text in pairs
+        ]
+        return scenario_of_sizes(sizes, measured_by, seed, own)
     except ArgumentError as error:
-        name = {"names": "--hide", "plan": "--plan"}.get(error.name, error.name)
-        others = plans_showing(str(error.value)) if error.value in names else ()
+        name = {"names": "--hide", "plan": "--plan", "own": "--effects"}.get(error.name, error.name)
+        others = plans_showing(str(error.value), own) if error.value in names else ()
         hint = f"{error.hint}; it shows in the plans {', '.join(others)}" if others else error.hint
         raise ArgumentError(name, error.value, error.allowed, hint, problem=error.problem) from None
 
@@ -110,23 +119,28 @@ def measure(
     seed: int | None = whole(
         "--seed", "Of noise and surroundings; one seed, one set of readings.", low=1, high=1 << 62
     ),
+    own: Path | None = _measured.EFFECTS,
     force: bool = force("Write over files that exist."),
     json: bool = _measured.JSON,
 ) -> None:
     """Carry out an experiment on the same axis, with the same effects in it, and seal the secret beside the new data.
 
+    A game that hides an effect of --effects needs the same file again.
+
     Example: rtec diagnose data.csv --suggest plan.toml && rtec blind measure data.csv --plan plan.toml -o second.csv
     Example: rtec blind measure data.csv --plan plan.toml -o second.csv --seed 4
-    Example: rtec blind measure data.csv --plan plan.toml -o second.csv --force --json
+    Example: rtec blind measure data.csv --plan plan.toml --effects mine.py -o second.csv --force --json
     """
     from rtec.blind.sealing import measure as measured
+    from rtec.effects.own_file import library_of_file
 
-    seal = measured(data, plan, output, seed=seed, force=force)
+    seal = measured(data, plan, output, seed=seed, own=library_of_file(own).own, force=force)
     if json:
         print_json({"data": str(output), "sealed": str(seal), "plan": str(plan)})
     else:
-        typer.echo(f"Measured: {output}; try: rtec diagnose {output}")
-        typer.echo(f"Sealed: {seal}; answer with: rtec blind guess {output} EFFECT...")
+        with_own = "" if own is None else f" --effects {own}"
+        typer.echo(f"Measured: {output}; try: rtec diagnose {output}{with_own}")
+        typer.echo(f"Sealed: {seal}; answer with: rtec blind guess {output}{with_own} EFFECT...")
 
 
 def reveal(
@@ -159,6 +173,7 @@ def guess(
         autocompletion=completing(("nothing", "unknown", *EFFECTS)),
     ),
     by: str = option("--by", "NAME", "Whose answer it is, for a class.", default=""),
+    own: Path | None = _measured.EFFECTS,
     json: bool = _measured.JSON,
 ) -> None:
     """Score an answer against the seal, and keep it with the game: which effects are right, missed and wrong.
@@ -169,17 +184,19 @@ def guess(
 
     Example: rtec blind guess data.csv backlash cyclic
     Example: rtec blind guess data.csv 'backlash=12 +- 0.5 um' 'drift=20 um/h' --by Ada
-    Example: rtec blind guess data.csv nothing --json
+    Example: rtec blind guess data.csv --effects mine.py dent='5 um' --json
     """
     from rtec.blind.guess import guessed, points_of, read_answer, total_of
     from rtec.blind.kept_answers import KeptAnswer, answers_path, keep
     from rtec.blind.sealing import reveal
+    from rtec.effects.own_file import library_of_file
 
-    answer = read_answer(effects)
+    own_names = [effect.name for effect in library_of_file(own).own]
+    answer = read_answer(effects, own_names)
     if len(by) > 80 or not by.isprintable():
         raise ArgumentError("--by", repr(by[:60]), "a name of at most 80 printable letters")
     secret = reveal(data)
-    found, points = guessed(secret, list(answer)), points_of(secret, answer)
+    found, points = guessed(secret, list(answer), own_names), points_of(secret, answer, own_names)
     kept: Path | None = answers_path(data)
     try:
         number = keep(
@@ -295,15 +312,16 @@ def _show_answers(games: list[Path], as_json: bool) -> None:
 
 def _answers(data: Path) -> list[dict[str, Any]]:
     """Return the answers to a game as plain data; of each person the first one counts."""
-    from rtec.blind.guess import guessed, points_of, read_answer, total_of
+    from rtec.blind.guess import guessed, own_names_in, points_of, read_answer, total_of
     from rtec.blind.kept_answers import read_answers
     from rtec.blind.sealing import reveal
 
     secret = reveal(data)
     rows: list[dict[str, Any]] = []
     for number, kept in enumerate(read_answers(data), start=1):
-        answer = read_answer(kept.words)
-        points = points_of(secret, answer)
+        own = own_names_in(kept.words)
+        answer = read_answer(kept.words, own)
+        points = points_of(secret, answer, own)
         reached, most = total_of(points)
         rows.append(
             {
@@ -311,7 +329,7 @@ def _answers(data: Path) -> list[dict[str, Any]]:
                 "by": kept.by,
                 "at": kept.at,
                 "answer": list(kept.words),
-                "solved": guessed(secret, list(answer)).solved,
+                "solved": guessed(secret, list(answer), own).solved,
                 "points": reached,
                 "most_points": most,
                 "counts": not kept.by or all(row["by"] != kept.by for row in rows),

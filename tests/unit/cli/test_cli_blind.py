@@ -67,6 +67,11 @@ def test_nothing_is_overwritten_without_force(here, said, refused):
         (["score", "data.csv", "--trials", "3"], "--trials does not go with the data of a game"),
         (["new", "-o", "a.csv", "--hide", "drift", "--plan", "bas"], "--plan: 'bas'"),
         (["new", "-o", "a.csv", "--plan", "base"], "needs --hide"),
+        (["new", "-o", "a.csv", "--effects", "none.py"], "--effects: none.py"),
+        (
+            ["guess", "data.csv", "dent=3 um"],
+            "'dent' is not an effect; use effects of 'rtec effects' or of --effects",
+        ),
         (["new", "--seed", "-1", "-o", "a.csv"], "--seed"),
         (["score", "--trials", "1000000"], "--trials"),
         (["score", "--jobs", "1000"], "--jobs"),
@@ -240,3 +245,49 @@ def test_an_answer_that_cannot_be_kept_is_scored(here, said, refused, monkeypatc
     code, out, err = said("guess", "data.csv", "thermal_growth", "--json")
     assert (code, json.loads(out)["kept"], json.loads(out)["number"]) == (0, None, None)
     assert err == "rtec: not kept: data.csv.answers: cannot be written: Read-only file system\n"
+
+
+MINE = """
+import numpy as np
+import rtec
+
+
+@rtec.effect(over="position")
+def dent(position, *, place: rtec.Within(0, 500, "mm"), width: rtec.Within(2, 40, "mm")):
+    return np.exp(-(((position - place) / width) ** 2))
+"""
+
+
+@pytest.fixture
+def mine(here):
+    (here / "mine.py").write_text(MINE)
+    return "--effects", "mine.py"
+
+
+def test_an_effect_of_ones_own_is_hidden_found_and_guessed(here, said, answer, refused, mine, capsys):
+    assert said("new", *mine, "--hide", "dent=12 um", "--seed", "3", "-o", "data.csv")[0] == 0
+    assert (reveal("data.csv").names, "dent" in (here / "data.csv").read_text()) == (("dent",), False)
+    found = json.loads(run_diagnose(capsys, "data.csv", *mine, "--json")[1])
+    assert (found["verdict"], found["effects"]) == ("NAMED", ["dent"])
+    document = answer("guess", "data.csv", *mine, "dent=12 um")
+    assert (document["solved"], document["points"]) == (True, 3)
+    assert answer("score", "data.csv")["games"][0]["answers"][0]["points"] == 3
+    (here / "plan.toml").write_text("[runs]\nnumber = 3\n")
+    words = ("measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
+    assert "give its file with --effects" in refused(*words)
+    assert said(*words, *mine)[0] == 0
+    first, second = (answer("reveal", name)["effects"][0]["parameters"] for name in ("data.csv", "second.csv"))
+    assert first == second
+
+
+def test_without_hide_one_of_ones_own_effects_is_hidden(said, mine):
+    for seed in (1, 2):
+        assert said("new", *mine, "--seed", seed, "-o", f"{seed}.csv")[0] == 0
+        assert "dent" in reveal(f"{seed}.csv").names
+
+
+def test_an_effect_of_ones_own_that_the_plan_cannot_show_is_one_line_and_2(here, refused, mine):
+    words = ("new", *mine, "-o", "a.csv", "--hide", "dent", "--plan")
+    assert "--hide: dent cannot be seen with the plan drive" in refused(*words, "drive")
+    assert "own effects are hidden in readings at rest; it shows in the plans base" in refused(*words, "moving")
+    assert [path.name for path in here.iterdir()] == ["mine.py"]
