@@ -101,7 +101,7 @@ def pc(
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
     _live.check_dbc(dbc)
     numbers = _live.axes_of(axis, axes)
-    predictors, home_mm = _predictors(numbers, table, table_unit, models or [], effects, home_mm, travel_mm, cautious)
+    predictors, home_mm = _predictors(numbers, table, table_unit, models or [], home_mm, travel_mm, cautious, effects)
     supervision = SupervisionLimits(
         cycle_ps=cycle_ps,
         watchdog_ps=5 * cycle_ps if watchdog_ps is None else watchdog_ps,
@@ -165,10 +165,10 @@ def _predictors(
     table: Path | None,
     table_unit: str | None,
     models: list[Path],
-    effects: Path | None,
     home_mm: float | None,
     travel_mm: float,
     cautious: bool,
+    effects: Path | None = None,
 ) -> tuple[dict[int, Predictor], float]:
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
@@ -186,7 +186,7 @@ def _predictors(
     elif table is not None:
         known = read_table(table)
     elif models:
-        return _of_models(numbers, models, effects, home_mm or 0.0, travel_mm, cautious), home_mm or 0.0
+        return _of_models(numbers, models, home_mm or 0.0, travel_mm, cautious, effects), home_mm or 0.0
     else:
         known = LatheNetwork()
         home_mm = known.range_mm[0] if home_mm is None else home_mm
@@ -194,7 +194,12 @@ def _predictors(
 
 
 def _of_models(
-    numbers: list[int], models: list[Path], effects: Path | None, home_mm: float, travel_mm: float, cautious: bool
+    numbers: list[int],
+    models: list[Path],
+    home_mm: float,
+    travel_mm: float,
+    cautious: bool,
+    effects: Path | None,
 ) -> dict[int, Predictor]:
     """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
     from rtec.effects.own_file import library_of_file
