@@ -1,34 +1,27 @@
-"""An error proportional to acceleration: the servo or an elastic drive gives way to inertia."""
+"""An error proportional to acceleration: the servo or an elastic drive gives way to inertia.
+
+>>> from rtec.effects import Conditions, Shape
+>>> import numpy as np
+>>> a = np.array([0.0, 1000.0])
+>>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
+>>> acceleration_lag.contribution(c, Shape(), [2e-6]).tolist()
+[0.0, -0.002]
+"""
 
 from __future__ import annotations
 
-from rtec.effects.conditions import Conditions, Floats, no_acceleration
-from rtec.effects.protocol import Card, Effect, Over, Per, Shape
+from rtec.effects.conditions import Floats, no_acceleration
+from rtec.effects.own import effect
+from rtec.effects.protocol import Card, Observable, Per
 
 
-class AccelerationLag(Effect):
-    """Following error that accelerating takes, on top of that of velocity.
-
-    Notes
-    -----
-    ``deviation = -lag * acceleration``: of a drive with stiffness k that moves the mass m the lag is m / k, of a
-    servo with velocity feed-forward it is 1 / (kp kv).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> a = np.array([0.0, 1000.0])
-    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), acceleration=a)
-    >>> AccelerationLag().contribution(c, Shape(), [2e-6]).tolist()
-    [0.0, -0.002]
-    """
-
-    name = "acceleration_lag"
-    amplitude = "lag"
-    amplitude_per = Per.DELAY_SQUARED
-    over = Over.ACCELERATION
-    data_checks = (no_acceleration,)
-    card = Card(
+@effect(
+    over="acceleration",
+    amplitude="lag",
+    amplitude_per=Per.DELAY_SQUARED,
+    observable=Observable.DEVIATION,
+    data_checks=(no_acceleration,),
+    card=Card(
         title="Acceleration lag",
         formula="`−lag · a`",
         needs="moving data with accelerations",
@@ -43,7 +36,14 @@ class AccelerationLag(Effect):
         action="Add acceleration feed-forward, limit jerk, stiffen the drive, lighten the slide.",
         invariant_to="position, direction, constant speed, time and temperature.",
         source="Erwinski et al. (2016), section I: inertia and elastic coupling.",
-    )
+    ),
+)
+def acceleration_lag(acceleration: Floats) -> Floats:
+    """Return the following error that accelerating takes, on top of that of velocity.
 
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        return -self._needed(conditions.acceleration, "accelerations of a moving axis")[:, None]
+    Notes
+    -----
+    ``deviation = -lag * acceleration``: of a drive with stiffness k that moves the mass m the lag is m / k, of a
+    servo with velocity feed-forward it is 1 / (kp kv).
+    """
+    return -acceleration

@@ -1,33 +1,25 @@
-"""A reversal error that is the same everywhere: play between drive and slide."""
+"""A reversal error that is the same everywhere: play between drive and slide.
+
+>>> from rtec.effects import Conditions, Shape
+>>> import numpy as np
+>>> way = np.array([1.0, -1.0])
+>>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), direction=way)
+>>> backlash.contribution(c, Shape(), [-0.02]).tolist()
+[-0.01, 0.01]
+"""
 
 from __future__ import annotations
 
-from rtec.effects.conditions import Conditions, Floats, one_way
-from rtec.effects.protocol import Card, Effect, Over, Shape
+from rtec.effects.conditions import Floats, one_way
+from rtec.effects.own import effect
+from rtec.effects.protocol import Card, Observable
 
 
-class Backlash(Effect):
-    """Half of the lost motion, with the sign of the direction of approach.
-
-    Notes
-    -----
-    ``deviation = backlash / 2 * direction``, so that the amplitude is the distance between the forward and the
-    backward curve (positive where the forward curve lies higher; play itself leaves the slide behind, which is
-    negative). Where a moving log is at rest its direction is 0, and so is the contribution.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> way = np.array([1.0, -1.0])
-    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), direction=way)
-    >>> Backlash().contribution(c, Shape(), [-0.02]).tolist()
-    [-0.01, 0.01]
-    """
-
-    name = "backlash"
-    over = Over.REVERSAL
-    data_checks = (one_way,)
-    card = Card(
+@effect(
+    over="direction",
+    observable=Observable.DEVIATION,
+    data_checks=(one_way,),
+    card=Card(
         title="Backlash (reversal error)",
         formula="`backlash/2 · d`",
         needs="both directions",
@@ -46,7 +38,15 @@ class Backlash(Effect):
             "Thesis, sections 2.3.4, 3.1.1 and 5.1: maximum reversal error 0.004181 inch; ISO 230-2, reversal value "
             "B."
         ),
-    )
+    ),
+)
+def backlash(direction: Floats) -> Floats:
+    """Return half of the lost motion, with the sign of the direction of approach.
 
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        return self._needed(conditions.direction, "directions of approach")[:, None] / 2
+    Notes
+    -----
+    ``deviation = backlash / 2 * direction``, so that the amplitude is the distance between the forward and the
+    backward curve (positive where the forward curve lies higher; play itself leaves the slide behind, which is
+    negative). Where a moving log is at rest its direction is 0, and so is the contribution.
+    """
+    return direction / 2

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from rtec.effects.acceleration_lag import AccelerationLag
+from rtec.effects.acceleration_lag import acceleration_lag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
-from rtec.effects.backlash import Backlash
+from rtec.effects.backlash import backlash
 from rtec.effects.backlash_map import BacklashMap
 from rtec.effects.cogging import Cogging
 from rtec.effects.cosine import Cosine
@@ -33,8 +33,8 @@ from rtec.effects.quantisation import Quantisation
 from rtec.effects.refraction import Refraction
 from rtec.effects.reversal_spike import ReversalSpike
 from rtec.effects.run_offset import RunOffset
-from rtec.effects.scale import Scale
-from rtec.effects.servo_lag import ServoLag
+from rtec.effects.scale import scale
+from rtec.effects.servo_lag import servo_lag
 from rtec.effects.stribeck import Stribeck
 from rtec.effects.thermal_growth import ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
@@ -127,10 +127,10 @@ class Library:
 LIBRARY = Library(
     (
         Offset(),
-        Scale(),
+        scale,
         PitchMap(),
         Cyclic(),
-        Backlash(),
+        backlash,
         BacklashMap(),
         Windup(),
         ReversalSpike(),
@@ -143,8 +143,8 @@ LIBRARY = Library(
         Refraction(),
         DeadPath(),
         Drift(),
-        ServoLag(),
-        AccelerationLag(),
+        servo_lag,
+        acceleration_lag,
         Interpolation(),
         Eccentricity(),
         LostCounts(),

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, fields, make_dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.own_signature import Within, checked_name, signature_of
 from rtec.effects.protocol import Card, Effect, Observable, Over, Quantity, Shape, Tunable, parameter
 from rtec.effects.quantities import MEANT, is_slow, meant, missing, quantity_of
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, unknown
 
 _STEP = 0.9
 """Cosine between neighbours of a scan at least: what lies between two is then missed by 3 % of its size at most."""
@@ -33,6 +33,7 @@ _ROWS = 2000
 """Rows on which the scan's steps are chosen."""
 _LEAST_CHANGE = 1e-9
 """Share of its size by which a contribution has to change over the readings to be seen."""
+_ATTRIBUTES = ("amplitude", "amplitude_per", "observable", "data_checks", "card")
 _OVER = {"direction": Over.REVERSAL, "since_reversal": Over.REVERSAL, "load": Over.TIME}
 
 
@@ -41,13 +42,10 @@ class FunctionEffect(Effect):
 
     observable: Observable | None = None
 
-    def __init__(
-        self, function: Callable[..., Any], over: str | None, name: str | None, *, not_negative: bool
-    ) -> None:
-        """Read the function's signature."""
+    def __init__(self, function: Callable[..., Any], over: str | None, name: str | None, **more: Any) -> None:
+        """Read the function's signature; ``more`` are class attributes of `Effect` that are not as usual."""
         self.function = function
         self.name = checked_name(str(name or getattr(function, "__name__", "")))
-        self.not_negative = not_negative
         self.quantities, bounds = signature_of(function, self.name)
         self.bounds: Mapping[str, Within] = MappingProxyType(bounds)
         self.over = _over(over, self.quantities, self.name)
@@ -60,13 +58,15 @@ class FunctionEffect(Effect):
             frozen=True,
             slots=True,
         )
-        self.shape_type: type[Shape] = made
+        self.shape_type: type[Shape] = made if bounds else Shape
         self._grids: weakref.WeakKeyDictionary[Conditions, tuple[tuple[Floats, ...], tuple[Shape, ...]]]
         self._grids = weakref.WeakKeyDictionary()
         self.__doc__ = function.__doc__
         code = function.__code__
         needs = ", ".join(dict.fromkeys(meant(name) for name in self.quantities))
         self.card = _card(self, needs, f"{Path(code.co_filename).name}, line {code.co_firstlineno}.")
+        for key, value in more.items():
+            setattr(self, key, value)
 
     def __call__(self, *args: Any, **given: Any) -> Any:
         """Call the function itself."""
@@ -78,6 +78,8 @@ class FunctionEffect(Effect):
 
     def untestable(self, conditions: Conditions) -> str | None:
         """Return why the data cannot show it: a column is missing, or it is constant on these readings."""
+        if self.data_checks:
+            return super().untestable(conditions)
         for name in self.quantities:
             if quantity_of(conditions, name) is None:
                 return missing(conditions, name)
@@ -96,7 +98,7 @@ class FunctionEffect(Effect):
         Steps are halved, one parameter at a time, until the columns of neighbours have a cosine of 0.9, the constant
         taken out, beside settings of the others.
         """
-        return self._shapes_of(conditions) or (self.shape_type(),)
+        return (self._shapes_of(conditions) if self.bounds else ()) or (self.shape_type(),)
 
     def tunables(self, conditions: Conditions, shape: Shape) -> Sequence[Tunable]:
         """Return every parameter, free by two steps of the scan within its bounds."""
@@ -201,6 +203,12 @@ class FunctionEffect(Effect):
         return bool((np.abs(cosine) >= _STEP).all())
 
 
+@overload
+def effect(function: Callable[..., Any], /, **more: Any) -> FunctionEffect: ...
+@overload
+def effect(
+    *, over: str | None = None, name: str | None = None, not_negative: bool = False, **more: Any
+) -> Callable[[Callable[..., Any]], FunctionEffect]: ...
 def effect(
     function: Callable[..., Any] | None = None,
     /,
@@ -208,6 +216,7 @@ def effect(
     over: str | None = None,
     name: str | None = None,
     not_negative: bool = False,
+    **more: Any,
 ) -> Any:
     """Make an effect of a function.
 
@@ -224,6 +233,9 @@ def effect(
         That of the function without.
     not_negative
         Whether its amplitude cannot be below zero, as that of a friction.
+    more
+        Further attributes of `Effect`, as effects of the library state them: ``amplitude`` and ``amplitude_per`` for
+        the name and the unit of its amplitude, ``observable``, ``data_checks``, ``card``.
 
     Raises
     ------
@@ -242,10 +254,15 @@ def effect(
     'A dent in the way: a bump of some width at some place'
     """
     if function is None:
-        return lambda given: effect(given, over=over, name=name, not_negative=not_negative)
+        return lambda given: effect(given, over=over, name=name, not_negative=not_negative, **more)
     if not callable(function):
         raise ArgumentError("effect", repr(function)[:60], "a function; @rtec.effect stands above one")
-    return FunctionEffect(function, over, name, not_negative=not_negative)
+    for key in more:
+        if key not in _ATTRIBUTES:
+            raise unknown(
+                "effect", key, ("over", "name", "not_negative", *_ATTRIBUTES), noun="attribute of an effect"
+            )
+    return FunctionEffect(function, over, name, not_negative=not_negative, **more)
 
 
 def as_effects(given: Sequence[object]) -> tuple[Effect, ...]:

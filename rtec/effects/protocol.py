@@ -237,13 +237,13 @@ class Effect(abc.ABC):
     observable: Observable | None = Observable.DEVIATION
     """None: whatever is measured."""
     shape_type: type[Shape] = Shape
-    amplitude: ClassVar[str] = ""
+    amplitude: str = ""
     """Name of its only amplitude; empty: that of the effect."""
-    amplitude_per: ClassVar[Per] = Per.NOTHING
+    amplitude_per: Per = Per.NOTHING
     """What its only amplitude goes with."""
     over: Over = Over.POSITION
     """What a picture shows it over."""
-    data_checks: ClassVar[tuple[Callable[[Conditions], str | None], ...]] = ()
+    data_checks: tuple[Callable[[Conditions], str | None], ...] = ()
     """Asked of the data in turn: each returns why they cannot show the effect, or None; an `untestable` of its own
     asks instead."""
     not_negative: bool = False

@@ -1,29 +1,34 @@
-"""An error proportional to position: the lead of the screw or the factor of the scale is wrong."""
+"""An error proportional to position: the lead of the screw or the factor of the scale is wrong.
+
+>>> from rtec.effects import Conditions, Shape
+>>> import numpy as np
+>>> c = Conditions(position=np.array([0.0, 500.0]), position_unit="mm", run=np.ones(2, dtype=np.int64))
+>>> scale.contribution(c, Shape(), [20e-6]).tolist()
+[0.0, 0.01]
+"""
 
 from __future__ import annotations
 
 from rtec.effects.conditions import Conditions, Floats, one_place
-from rtec.effects.protocol import Card, Effect, Per, Shape
+from rtec.effects.own import effect
+from rtec.effects.protocol import Card, Observable, Per
 
 
-class Scale(Effect):
-    """A straight line through position zero.
+def _nowhere(conditions: Conditions) -> str | None:
+    if conditions.time_is_coordinate:
+        return "no positions: time stands for them, and what is proportional to time is a drift"
+    return None
 
-    Notes
-    -----
-    ``deviation = scale * position``; on a linear axis in um/m, which is parts in a million.
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> c = Conditions(position=np.array([0.0, 500.0]), position_unit="mm", run=np.ones(2, dtype=np.int64))
-    >>> Scale().contribution(c, Shape(), [20e-6]).tolist()
-    [0.0, 0.01]
-    """
-
-    name = "scale"
-    amplitude_per = Per.LENGTH
-    card = Card(
+@effect(
+    over="position",
+    amplitude_per=Per.LENGTH,
+    observable=Observable.DEVIATION,
+    data_checks=(
+        _nowhere,
+        one_place,
+    ),
+    card=Card(
         title="Scale error (lead)",
         formula="`scale · x`",
         needs="spread of positions",
@@ -39,12 +44,13 @@ class Scale(Effect):
         ),
         invariant_to="direction, feed and time; a shifted zero adds only an offset.",
         source='Thesis, section 5.1: the machine positions "long" by about 0.0012 inch over 39 inch.',
-    )
+    ),
+)
+def scale(position: Floats) -> Floats:
+    """Return a straight line through position zero.
 
-    def untestable(self, conditions: Conditions) -> str | None:
-        if conditions.time_is_coordinate:
-            return "no positions: time stands for them, and what is proportional to time is a drift"
-        return one_place(conditions)
-
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        return conditions.position[:, None].astype(float)
+    Notes
+    -----
+    ``deviation = scale * position``; on a linear axis in um/m, which is parts in a million.
+    """
+    return position

@@ -1,34 +1,27 @@
-"""An error proportional to velocity: the servo follows late, or position is read late."""
+"""An error proportional to velocity: the servo follows late, or position is read late.
+
+>>> from rtec.effects import Conditions, Shape
+>>> import numpy as np
+>>> v = np.array([0.0, 100.0])
+>>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
+>>> servo_lag.contribution(c, Shape(), [0.002]).tolist()
+[0.0, -0.2]
+"""
 
 from __future__ import annotations
 
-from rtec.effects.conditions import Conditions, Floats, no_speed
-from rtec.effects.protocol import Card, Effect, Over, Per, Shape
+from rtec.effects.conditions import Floats, no_speed
+from rtec.effects.own import effect
+from rtec.effects.protocol import Card, Observable, Per
 
 
-class ServoLag(Effect):
-    """A delay.
-
-    Notes
-    -----
-    ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late
-    reading of the position gives the same. In a test with stops the velocity is that of the approach.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> v = np.array([0.0, 100.0])
-    >>> c = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64), velocity=v)
-    >>> ServoLag().contribution(c, Shape(), [0.002]).tolist()
-    [0.0, -0.2]
-    """
-
-    name = "servo_lag"
-    amplitude = "lag"
-    amplitude_per = Per.DELAY
-    over = Over.VELOCITY
-    data_checks = (no_speed,)
-    card = Card(
+@effect(
+    over="velocity",
+    amplitude="lag",
+    amplitude_per=Per.DELAY,
+    observable=Observable.DEVIATION,
+    data_checks=(no_speed,),
+    card=Card(
         title="Servo lag (delay)",
         formula="`−lag · v`",
         needs="a velocity or feed column, or moving data; several speeds to tell it from backlash",
@@ -44,7 +37,14 @@ class ServoLag(Effect):
         action="Raise kv, match the axes, add velocity feed-forward; synchronise instrument and axis.",
         invariant_to="position, time, temperature and order of the moves; zero at standstill.",
         source="Erwinski et al. (2016), sections I and II.",
-    )
+    ),
+)
+def servo_lag(velocity: Floats) -> Floats:
+    """Return a delay.
 
-    def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        return -self._needed(conditions.velocity, "a velocity or feed column")[:, None]
+    Notes
+    -----
+    ``deviation = -lag * velocity``: of a proportional position loop with gain kv the lag is 1 / kv, and a late
+    reading of the position gives the same. In a test with stops the velocity is that of the approach.
+    """
+    return -velocity

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from rtec.effects import BuildUpShape, Conditions, Shape, Units
-from rtec.effects.acceleration_lag import AccelerationLag
+from rtec.effects.acceleration_lag import acceleration_lag
 from rtec.effects.asymmetric_friction import AsymmetricFriction
 from rtec.effects.cogging import Cogging
 from rtec.effects.coulomb import Coulomb
 from rtec.effects.force_offset import ForceOffset
 from rtec.effects.inertia import Inertia
-from rtec.effects.servo_lag import ServoLag
+from rtec.effects.servo_lag import servo_lag
 from rtec.effects.stribeck import Stribeck, StribeckShape
 from rtec.effects.viscous import Viscous
 
@@ -31,7 +31,7 @@ def test_a_proportional_loop_follows_late():
         actual += gain * (speed * t - actual) * step
         t += step
     c = held_against(np.array([speed * t]), np.array([speed]))
-    assert ServoLag().contribution(c, Shape(), [1 / gain]) == pytest.approx([actual - speed * t], rel=1e-3)
+    assert servo_lag.contribution(c, Shape(), [1 / gain]) == pytest.approx([actual - speed * t], rel=1e-3)
 
 
 def test_at_one_frequency_inertia_looks_like_a_spring():
@@ -57,7 +57,7 @@ def test_a_slide_on_a_spring_lags_by_its_inertia():
         acceleration=np.array([acceleration]),
         moving=True,
     )
-    assert AccelerationLag().contribution(c, Shape(), [mass / stiffness]) == pytest.approx([behind], rel=1e-3)
+    assert acceleration_lag.contribution(c, Shape(), [mass / stiffness]) == pytest.approx([behind], rel=1e-3)
 
 
 def test_the_forces_of_a_drive_move_the_slide():
@@ -110,10 +110,10 @@ def test_friction_is_silent_at_rest(log):
 @pytest.mark.parametrize(
     "effect, change, reason",
     [
-        (ServoLag(), {"velocity": None}, "no velocity or feed column"),
-        (ServoLag(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
-        (AccelerationLag(), {"acceleration": None}, "no moving data"),
-        (AccelerationLag(), {"acceleration": np.zeros(4000)}, "the acceleration is zero throughout"),
+        (servo_lag, {"velocity": None}, "no velocity or feed column"),
+        (servo_lag, {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
+        (acceleration_lag, {"acceleration": None}, "no moving data"),
+        (acceleration_lag, {"acceleration": np.zeros(4000)}, "the acceleration is zero throughout"),
         (Viscous(), {"velocity": None}, "no velocity or feed column"),
         (Viscous(), {"velocity": np.zeros(4000)}, "the velocity is zero throughout"),
         (
@@ -143,10 +143,10 @@ def test_a_slow_speed_that_fills_the_time_hides_no_other(log):
 @pytest.mark.parametrize(
     "effect, units, name, unit, factor",
     [
-        (ServoLag(), Units("mm", "mm", "s"), "lag", "ms", 1e3),
-        (ServoLag(), Units("a", "deg", "s"), "lag", "A/(deg/s)", 1.0),
-        (AccelerationLag(), Units("deg", "deg", "s"), "lag", "ms^2", 1e6),
-        (AccelerationLag(), Units("mm", "deg", "s"), "lag", "um/(deg/s^2)", 1e3),
+        (servo_lag, Units("mm", "mm", "s"), "lag", "ms", 1e3),
+        (servo_lag, Units("a", "deg", "s"), "lag", "A/(deg/s)", 1.0),
+        (acceleration_lag, Units("deg", "deg", "s"), "lag", "ms^2", 1e6),
+        (acceleration_lag, Units("mm", "deg", "s"), "lag", "um/(deg/s^2)", 1e3),
         (Inertia(), Units("n", "mm", "s"), "inertia", "kg", 1e3),
         (Inertia(), Units("nm", "mm", "s"), "inertia", "N*m/(m/s^2)", 1e3),
         (Viscous(), Units("n", "mm", "s"), "viscous", "N/(m/s)", 1e3),

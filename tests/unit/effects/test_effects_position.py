@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from rtec.effects import Conditions, MapShape, Shape, Units
-from rtec.effects.backlash import Backlash
+from rtec.effects.backlash import backlash
 from rtec.effects.backlash_map import BacklashMap, ReversalMapShape
 from rtec.effects.pitch_map import PitchMap
-from rtec.effects.scale import Scale
+from rtec.effects.scale import scale
 from rtec.effects.windup import Windup, WindupShape
 
 LINEAR = Units("mm", "mm", "s")
@@ -44,7 +44,7 @@ def test_play_between_drive_and_slide():
         deviation.append(slide - x)
     c = conditions(position, direction)
     beyond = c.since_reversal > play
-    added = Backlash().contribution(c, Shape(), [-play])
+    added = backlash.contribution(c, Shape(), [-play])
     assert added[beyond] == pytest.approx(np.array(deviation)[beyond], abs=1e-12)
 
 
@@ -113,7 +113,7 @@ def test_windup_scans_from_half_the_shortest_distance_to_a_fifth_of_the_span(bid
 def test_a_screw_with_the_wrong_lead(bidirectional):
     c = bidirectional()
     travelled = c.position / 6.35 * 6.3501  # turns of the screw times what a turn moves
-    assert Scale().contribution(c, Shape(), [0.0001 / 6.35]) == pytest.approx(travelled - c.position, abs=1e-12)
+    assert scale.contribution(c, Shape(), [0.0001 / 6.35]) == pytest.approx(travelled - c.position, abs=1e-12)
 
 
 def test_a_map_goes_through_its_nodes_without_a_bend_at_the_ends():
@@ -166,12 +166,12 @@ def test_nodes_that_lie_close_have_names_of_their_own():
 @pytest.mark.parametrize(
     "effect, change, reason",
     [
-        (Scale(), {"position": np.full(210, 5.0)}, "one position only"),
+        (scale, {"position": np.full(210, 5.0)}, "one position only"),
         (PitchMap(), {"position": np.tile([0.0, 5.0], 105)}, "2 positions only"),
         (PitchMap(), {"revolution": 394.0}, "one turn of a rotary axis closes"),
         (PitchMap(), {"position_unit": "s"}, "time stands for them"),
-        (Scale(), {"position_unit": "s"}, "what is proportional to time is a drift"),
-        (Backlash(), {"direction": np.ones(210)}, "one direction only"),
+        (scale, {"position_unit": "s"}, "what is proportional to time is a drift"),
+        (backlash, {"direction": np.ones(210)}, "one direction only"),
         (Windup(), {"direction": np.ones(210)}, "one direction only"),
         (Windup(), {"since_reversal": None}, "0 distances within 106 mm after a reversal only"),
         (

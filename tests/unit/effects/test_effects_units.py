@@ -5,7 +5,7 @@ import pytest
 from rtec.effects import HeatShape, Shape, Units
 from rtec.effects.lost_counts import LostCounts, StepShape
 from rtec.effects.offset import Offset
-from rtec.effects.scale import Scale
+from rtec.effects.scale import scale
 from rtec.effects.stribeck import Stribeck, StribeckShape
 from rtec.effects.thermal_growth import GrowthShape, ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
@@ -18,10 +18,10 @@ LINEAR, ROTARY = Units("mm", "mm", "s"), Units("deg", "deg", "reading")
     "effect, shape, units, unit, factor",
     [
         (Offset(), Shape(), LINEAR, "um", 1e3),
-        (Scale(), Shape(), LINEAR, "um/m", 1e6),
-        (Scale(), Shape(), ROTARY, "arcsec/deg", 3600.0),
-        (Scale(), Shape(), Units("deg", "s", "s"), "arcsec/s", 3600.0),
-        (Scale(), Shape(), Units("mm", "deg", "s"), "um/deg", 1e3),
+        (scale, Shape(), LINEAR, "um/m", 1e6),
+        (scale, Shape(), ROTARY, "arcsec/deg", 3600.0),
+        (scale, Shape(), Units("deg", "s", "s"), "arcsec/s", 3600.0),
+        (scale, Shape(), Units("mm", "deg", "s"), "um/deg", 1e3),
         (ThermalGrowth(), GrowthShape(), LINEAR, "um/m/K", 1e6),
         (ThermalGrowth(), GrowthShape(), ROTARY, "arcsec/deg/K", 3600.0),
         (ThermalShift(), HeatShape(), LINEAR, "um/K", 1e3),
@@ -37,7 +37,7 @@ def test_units_of_an_amplitude(effect, shape, units, unit, factor):
 @pytest.mark.parametrize(
     "effect, shape, units, lines",
     [
-        (Scale(), Shape(), LINEAR, (("scale", pytest.approx(20.0), "um/m"),)),
+        (scale, Shape(), LINEAR, (("scale", pytest.approx(20.0), "um/m"),)),
         (WarmUp(), WarmShape(600.0), LINEAR, (("time_constant", 600.0, "s"), ("final", pytest.approx(0.02), "um"))),
         (
             LostCounts(),
@@ -60,4 +60,4 @@ def test_what_people_read(effect, shape, units, lines):
 
 def test_as_many_amplitudes_as_the_shape_has():
     with pytest.raises(ValueError, match="argument 2"):
-        Scale().summary(Shape(), [1.0, 2.0], LINEAR)
+        scale.summary(Shape(), [1.0, 2.0], LINEAR)

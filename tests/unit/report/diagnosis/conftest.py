@@ -9,7 +9,7 @@ import pytest
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Conditions, CyclicShape, Observable, Shape, Units, distance_since_reversal
-from rtec.effects.backlash import Backlash
+from rtec.effects.backlash import backlash
 from rtec.effects.cyclic import Cyclic
 from rtec.inference.compare import Comparison, Stretch, Where
 from rtec.inference.model import Model, Term
@@ -21,7 +21,7 @@ BACKLASH_MM = 0.012
 UNITS = Units("mm", "mm", "s")
 CYCLIC = CyclicShape(period=PERIOD_MM, harmonics=1, by_direction=False)
 TERMS = (
-    Term(effect=Backlash(), shape=Shape(), amplitudes=(BACKLASH_MM,), errors=(0.0002,)),
+    Term(effect=backlash, shape=Shape(), amplitudes=(BACKLASH_MM,), errors=(0.0002,)),
     Term(effect=Cyclic(), shape=CYCLIC, amplitudes=(0.003, 0.004), errors=(1e-4, 1e-4)),
 )
 
