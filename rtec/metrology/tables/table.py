@@ -52,7 +52,7 @@ class Table:
 
     def refused(self, problem: str, allowed: str) -> FileFormatError:
         """Return the error of a table that cannot be read; it names the line of the headings."""
-        return FileFormatError(self.source, self.heading_line, problem, allowed)
+        return FileFormatError(self.source, self.heading_line or None, problem, allowed)
 
     def called(self, column: int) -> str:
         """Return what a column is called in a message: its heading, cut where it is long."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtec.effects import Conditions, Over, Shape, Units, distance_since_reversal, effect_named
+from rtec.effects import Conditions, Shape, Units, distance_since_reversal, effect_named
+from rtec.effects.own import effect
 from rtec.inference.model import Model, Term
 from rtec.report.diagnosis.chapters import found_effects
 from rtec.report.diagnosis.effect_panels import effect_panels
@@ -23,10 +24,7 @@ def drawn(dataset, model, noise):
     return figure.axes
 
 
-class Twin(type(effect_named("acceleration_lag"))):  # type: ignore[misc]  # its class is known at run time only
-    """One that is looked at over speed."""
-
-    over = Over.VELOCITY
+TWIN = effect(lambda acceleration: -acceleration, over="velocity", name="twin", amplitude="lag")
 
 
 def labelled(axes):
@@ -86,7 +84,7 @@ def test_what_a_curve_cannot_show_is_drawn_as_the_mean_of_neighbours(make_datase
     c = replace(c, velocity=np.abs(np.sin(np.arange(c.rows) / 70.0)) * np.sign(speed))
     c = replace(c, acceleration=np.random.default_rng(1).normal(0.0, 1.0, c.rows))
     terms = (term("servo_lag", None, 1e-3), term("acceleration_lag", None, 1e-3))
-    both = (terms[0], replace(terms[1], effect=Twin()))
+    both = (terms[0], replace(terms[1], effect=TWIN))
     dataset = make_dataset(conditions=c, terms=both, cell=np.full(c.rows, -1))
     model = Model(observe="deviation", units=dataset.units, terms=both)
     x, y = labelled(drawn(dataset, model, make_noise())[0])["model"]
