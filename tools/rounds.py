@@ -4,6 +4,9 @@ Example::
 
     python -m tools.rounds --games 200 --workers 2
     python -m tools.rounds --games 40 --only 3 -o docs/rounds.md
+
+With ``--hour`` so many games of each pair are played with the best plan for an hour at the machine in place of the
+experiment suggested, and as many of what was named at once, to see how much sharper that hour makes it.
 """
 
 from __future__ import annotations
@@ -17,6 +20,8 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from rtec.blind.answer import Answer, answer_of, named
 from rtec.blind.confusion import seed_of
 from rtec.blind.game import again, play
@@ -27,6 +32,7 @@ from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
+from rtec.inference.next_plan import next_plan
 from rtec.inference.suggested_plan import suggested_plan
 from rtec.jobs import JobPool
 from rtec.metrology import Measurement, read_experiment, write_experiment
@@ -201,6 +207,95 @@ class _Job:
         return two_rounds(self.scenario, self.seed, self.right)
 
 
+HOUR_S = 3600.0
+NAMED = (
+    ("backlash", "scale"),
+    ("backlash", "cyclic"),
+    ("scale", "windup"),
+    ("pitch_map", "backlash"),
+    ("drift", "scale"),
+)
+"""What is named at once, and sharpened by an hour more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hour:
+    """What an hour at the machine brought.
+
+    Parameters
+    ----------
+    tied
+        Whether the first answer was TIED.
+    told_apart
+        Whether the answer after the hour names what is hidden, and nothing else.
+    ratios
+        Standard errors of what was named over those of repeating the first plan for that hour, in fact.
+    """
+
+    tied: bool
+    told_apart: bool
+    ratios: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _HourJob:
+    scenario: Scenario
+    seed: int
+
+    def run(self) -> Hour | None:
+        """Play it; None where there is no plan, or the axis cannot carry it out."""
+        first = diagnose(load_dataset(play(self.scenario, self.seed)[0]))
+        planned = next_plan(first, HOUR_S)
+        tied = first.verdict.value == "TIED"
+        if isinstance(planned, str):
+            return None
+        try:
+            after = diagnose(load_dataset(again(self.scenario, self.seed, planned.plan)[0]))
+            if tied:
+                answer = answer_of(after)
+                told = answer.verdict == "NAMED" and named(answer) == set(self.scenario.names)
+                return Hour(tied=True, told_apart=told, ratios=())
+            repeated = diagnose(load_dataset(again(self.scenario, self.seed, planned.repeated)[0]))
+        except ArgumentError:
+            return None
+        both = {term.name: [term.errors] for term in repeated.model.terms}
+        for term in after.model.terms:
+            both.setdefault(term.name, []).append(term.errors)
+        pairs = [two for two in both.values() if len(two) == 2 and len(two[0]) == len(two[1])]
+        return Hour(
+            tied=False,
+            told_apart=False,
+            ratios=tuple(b / a for one, two in pairs for a, b in zip(one, two, strict=True)),
+        )
+
+
+def hours(games: int, seed: int, workers: int) -> list[str]:
+    """Return what an hour is worth as a table of Markdown."""
+    found = [
+        "| game | games | TIED at first | told apart after an hour | standard errors over those of repeating, median |",
+        "|---|---|---|---|---|",
+    ]
+    lines = [(pair.title, pair.games) for pair in the_pairs()]
+    base = [
+        Scenario(names=names, strength_sigma=4.0, plan=PLANS["dense" if "windup" in names else "base"])
+        for names in NAMED
+    ]
+    lines.append(("named at once", tuple(base)))
+    for title, scenarios in lines:
+        jobs = [_HourJob(scenario=scenarios[k % len(scenarios)], seed=seed_of(seed, title, k)) for k in range(games)]
+        with JobPool(workers, processes=True) as pool:
+            played_ = [one for one in pool.results(jobs) if one is not None]
+        tied = [one for one in played_ if one.tied]
+        ratios = [ratio for one in played_ for ratio in one.ratios]
+        share = _share(sum(one.told_apart for one in tied), len(tied)) if tied else ""
+        median = f"{float(np.median(ratios)):.2f}" if ratios else ""
+        found.append(
+            f"| {title} | {len(jobs)} ({len(jobs) - len(played_)} without a plan) | {len(tied)} | {share} | {median} |"
+        )
+        sys.stderr.write(found[-1] + "\n")
+    return found
+
+
 def rows(results: Sequence[tuple[Pair, Sequence[Rounds]]]) -> list[str]:
     """Return how often each step went through, as rows of Markdown with Wilson's 95 % interval."""
     heads = (
@@ -228,7 +323,7 @@ def _share(count: int, of: int) -> str:
     return f"{count} ({count / of:.1%}; {low:.1%} to {high:.1%})"
 
 
-def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int) -> str:
+def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int, hour: Sequence[str]) -> str:
     """Return the page as Markdown, with the games that did not go through."""
     missed = [one for _, of_pair in results for one in of_pair if not one.solved]
     return markdown_page(
@@ -236,6 +331,7 @@ def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int) 
         games=games,
         seed=f" --seed {seed}" if seed else "",
         pairs="\n".join(rows(results)),
+        hour="\n".join(hour),
         missed=[(one.hidden, one.seed, _said(one, 1), _said(one, 2)) for one in missed],
     )
 
@@ -255,14 +351,16 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of all games")
     parser.add_argument("--only", type=int, action="append", help="number of a pair, from 0; may be repeated")
     parser.add_argument("--workers", type=int, default=1, help="processes that play at the same time")
+    parser.add_argument("--hour", type=int, default=0, help="games of each pair with the best plan for an hour")
     parser.add_argument("-o", "--output", type=Path, help="file to write the page to, instead of stdout")
     given = parser.parse_args()
     pairs = the_pairs() if given.only is None else [the_pairs()[number] for number in given.only]
     results = []
-    for pair in pairs:
+    for pair in pairs if given.games else ():
         results.append((pair, played(pair, given.games, given.seed, workers=given.workers)))
         sys.stderr.write(rows(results)[-1] + "\n")
-    text = page(results, given.games, given.seed)
+    hour = hours(given.hour, given.seed, given.workers) if given.hour else []
+    text = page(results, given.games, given.seed, hour)
     if given.output is None:
         sys.stdout.write(text)
     else:

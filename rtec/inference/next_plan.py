@@ -6,6 +6,7 @@ errors of what was named smallest, beside repeating the plan that was measured b
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -14,7 +15,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from rtec.dataset.dataset import Dataset
-from rtec.effects import Conditions, Effect, Floats, Shape
+from rtec.effects import Conditions, Effect, Floats, Observable, Shape
 from rtec.errors import ArgumentError
 from rtec.inference.candidates import minimum_detectable
 from rtec.inference.model import Model, Term
@@ -140,10 +141,16 @@ def _plans(measured: ExperimentPlan, diagnosis: Diagnosis, time_s: float) -> Ite
             pass
     for base in bases:
         for feeds in _feeds(base):
-            for plan in _shapes_of(replace(base, feeds_mm_s=feeds)):
+            for plan in _shapes_of(base, feeds):
                 filled = _filled(plan, time_s)
                 if filled is not None and (filled.runs >= max(_FEWEST_RUNS, _in_turn(plan)) or filled.in_motion):
                     yield filled
+
+
+def _tried(plan: ExperimentPlan, **changes: object) -> Iterator[ExperimentPlan]:
+    """Yield a plan with changes, or nothing where it would be too long or too large."""
+    with contextlib.suppress(ArgumentError):
+        yield replace(plan, runs=1, **changes)  # type: ignore[arg-type]  # checked by the plan itself
 
 
 def _in_turn(plan: ExperimentPlan) -> int:
@@ -157,13 +164,10 @@ def _feeds(plan: ExperimentPlan) -> list[tuple[float, ...]]:
     return list(dict.fromkeys([plan.feeds_mm_s, spread, slow] if plan.in_motion else [plan.feeds_mm_s, spread]))
 
 
-def _shapes_of(plan: ExperimentPlan) -> Iterator[ExperimentPlan]:
+def _shapes_of(plan: ExperimentPlan, feeds: tuple[float, ...]) -> Iterator[ExperimentPlan]:
     if plan.in_motion:
-        for strokes, moves in itertools.product(Strokes, sorted({20, 60, plan.targets})):
-            try:
-                yield replace(plan, strokes=strokes, targets=moves, passes=Passes.BOTH)
-            except ArgumentError:
-                continue
+        for strokes, moves in itertools.product(Strokes, sorted({20, 60, max(plan.targets, 20)})):
+            yield from _tried(plan, feeds_mm_s=feeds, strokes=strokes, targets=moves, passes=Passes.BOTH)
         return
     spacings = dict.fromkeys((plan.spacing, Spacing.EVEN, Spacing.DENSE_AT_ENDS))
     rests = dict.fromkeys((plan.turn_dwells_s, _SHORT_REST_S))
@@ -172,13 +176,8 @@ def _shapes_of(plan: ExperimentPlan) -> Iterator[ExperimentPlan]:
     every = itertools.product(sorted({*_TARGETS, plan.targets}), spacings, rests, ways, dwells)
     for targets, spacing, rest, passes, dwell in every:
         columns = plan.columns if passes is Passes.FORWARD else tuple(dict.fromkeys((*plan.columns, "direction")))
-        try:
-            yield replace(
-                plan, runs=1, targets=targets, spacing=spacing, turn_dwells_s=rest, passes=passes, columns=columns,
-                dwell_s=dwell,
-            )  # fmt: skip
-        except ArgumentError:
-            continue
+        lie = {"targets": targets, "spacing": spacing, "passes": passes, "columns": columns}
+        yield from _tried(plan, feeds_mm_s=feeds, turn_dwells_s=rest, dwell_s=dwell, **lie)
 
 
 class _Expected:
@@ -190,7 +189,8 @@ class _Expected:
         self.sigma = max(diagnosis.noise.sigma, 1e-300)
         self.c = planned_conditions(plan, diagnosis.dataset)
         self.weight = self._samples() / self.c.rows
-        holds_constant = any(term.effect.is_map for term in self.model.terms)
+        # a force has no zero of the instrument, and a map of positions holds it
+        holds_constant = self.dataset.observable is Observable.DRIVE or any(t.effect.is_map for t in self.model.terms)
         self.names: list[tuple[str, str]] = []
         table = [np.zeros(self.c.rows) if holds_constant else np.ones(self.c.rows)]
         for term in self.model.terms:
@@ -236,8 +236,8 @@ class _Expected:
         """Return the nats by which the plan would prefer the first of two effects, if that is the right one."""
         rival = self.dataset.library.named(other)
         own = [term for term in self.model.terms if term.name == name]
-        if rival.untestable(self.c) is not None:
-            return math.inf
+        if any(effect.untestable(self.c) is not None for effect in (rival, *(term.effect for term in own))):
+            return 0.0  # it would be told by nothing
         try:
             added = sum((term.contribution(self.c) for term in own), np.zeros(self.c.rows))
         except ArgumentError:
