@@ -1,0 +1,284 @@
+"""A toolpath run on emulated feed drives: planned, driven, and held against the path.
+
+Each axis is a drive of its own. The contour error is that of the carriages; the feed may be lowered where the error that
+the drives' linear answer predicts exceeds a limit, and the run afterwards says whether it is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec.axis.plants import BallScrew, DriveRun, LinearMotor, run_drive
+from rtec.errors import ArgumentError
+from rtec.toolpath.contour_error import misprinted_formula, project, second_order
+from rtec.toolpath.feed import FeedLimits, FeedPlan, plan_feed
+from rtec.toolpath.path import Path
+
+Floats = npt.NDArray[np.float64]
+Progress = Callable[[float], None]
+
+LETTERS = "xyz"
+_MOST_ROUNDS, _MOST_HALVINGS = 6, 7
+_CAUTION = 0.9
+"""Of the limit, that the prediction is held to."""
+_LEAST_FEED = 0.02
+"""Share of the feed below which it is not lowered."""
+_PLACES = 4000
+"""Along a path, at which the feed is lowered."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveKind:
+    """A feed drive with what its paper plans it by."""
+
+    make: Callable[[], Any]
+    limits: FeedLimits
+    period_s: float
+    """At which commands are interpolated."""
+
+
+DRIVES: Mapping[str, DriveKind] = MappingProxyType({
+    "ball-screw": DriveKind(
+        make=BallScrew,
+        limits=FeedLimits(velocity_mm_s=300.0, acceleration_mm_s2=2000.0, jerk_mm_s3=50_000.0),
+        period_s=1e-3,
+    ),
+    "linear-motor": DriveKind(
+        make=LinearMotor,
+        limits=FeedLimits(velocity_mm_s=2500.0, acceleration_mm_s2=25_000.0, jerk_mm_s3=500_000.0),
+        period_s=0.25e-3,
+    ),
+})  # fmt: skip
+"""The drives of papers 002 and 004 with their limits (per axis) and interpolation periods."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContourRun:
+    """What came out of a path on a drive. Arrays have the shape (samples,), at the interpolation period."""
+
+    path: Path
+    drive: str
+    plan: FeedPlan
+    axes: Mapping[str, DriveRun]
+    """By letter."""
+    s_mm: Floats
+    """Arc length that is commanded."""
+    contour_mm: Floats
+    """Distance of the carriages from the path; in the plane positive towards the centre of curvature."""
+    formula_mm: Floats
+    """The same by the second-order formula, and..."""
+    misprint_mm: Floats
+    """...by the formula as the papers print it, whose dimensions do not fit."""
+    limit_mm: float | None = None
+    steady: tuple[float, float] | None = None
+    """Highest constant feed that keeps the same limit, in mm/s, and the time that the path takes at it, in s."""
+    unlimited_s: float | None = None
+    """Time that the path takes without the limit."""
+
+    @property
+    def time_s(self) -> Floats:
+        """Of each sample."""
+        return next(iter(self.axes.values())).time_s
+
+    @property
+    def following_mm(self) -> Floats:
+        """Distance of the carriages from where they are commanded to be."""
+        found: Floats = np.sqrt(sum(run.following_mm**2 for run in self.axes.values()))
+        return found
+
+    @property
+    def limits_held(self) -> bool:
+        """Whether the plan keeps every limit of the axes, and the run the limit of the contour error, if there is one."""
+        kept = self.limit_mm is None or float(np.abs(self.contour_mm).max()) <= self.limit_mm
+        return bool(self.plan.audit.held and kept)
+
+    def document(self) -> dict[str, object]:
+        """Return what ``rtec contour --json`` prints."""
+        contour, following = 1e3 * np.abs(self.contour_mm), 1e3 * self.following_mm
+        off = 1e3 * np.abs(self.formula_mm - self.contour_mm)
+        found: dict[str, object] = {
+            "path": self.path.name,
+            "drive": self.drive,
+            "length_mm": self.path.length_mm,
+            "time_s": self.plan.time_s,
+            "time_without_jerk_limit_s": self.plan.time_without_jerk_limit_s,
+            "max_contour_um": float(contour.max()),
+            "rms_contour_um": float(np.sqrt(np.mean(contour**2))),
+            "max_following_um": float(following.max()),
+            "rms_following_um": float(np.sqrt(np.mean(following**2))),
+            "formula_error_um": float(np.nanmax(off)),
+            "misprint_error_um": float(np.nanmax(1e3 * np.abs(self.misprint_mm - self.contour_mm))),
+            "limits_held": self.limits_held,
+            "largest_shares": self.plan.audit.document(),
+            "integration_error_nm": max(run.integration_error_nm for run in self.axes.values()),
+            "limit_um": None if self.limit_mm is None else 1e3 * self.limit_mm,
+            "time_unlimited_s": self.unlimited_s,
+        }
+        if self.steady is not None:
+            found |= {"constant_feed_mm_s": self.steady[0], "time_at_constant_feed_s": self.steady[1]}
+        return found
+
+
+def run_contour(
+    path: Path,
+    drive: str,
+    *,
+    limit_mm: float | None = None,
+    corrector: Mapping[str, Callable[[Floats], Floats]] | None = None,
+    progress: Progress = lambda share: None,
+) -> ContourRun:
+    """Plan a path for a drive in each axis, run it, and hold the carriages against the path.
+
+    Parameters
+    ----------
+    path
+        In the plane or in space.
+    drive
+        One of `DRIVES`.
+    limit_mm
+        Of the contour error: the feed is lowered where the prediction exceeds it.
+    corrector
+        What a corrector has inserted by axis: counts in mm, as a function of time in s.
+    progress
+        Called with the share done.
+
+    Raises
+    ------
+    ArgumentError
+        No such drive, a limit that is no length above zero, or a path that cannot be planned.
+    """
+    if drive not in DRIVES:
+        raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
+    if limit_mm is not None and not 0.0 < limit_mm < 1e3:
+        raise ArgumentError("limit", f"{limit_mm:g} mm", "a length above 0, up to 1 m")
+    kind = DRIVES[drive]
+    progress(0.05)
+    free = _driven(path, drive, plan_feed(path, kind.limits), corrector)
+    progress(0.3)
+    if limit_mm is None or float(np.abs(free.contour_mm).max()) <= limit_mm:
+        progress(1.0)
+        return replace(free, limit_mm=limit_mm, unlimited_s=None if limit_mm is None else free.plan.time_s)
+    found = _limited(path, drive, free, limit_mm, corrector, progress)
+    steady = _steady(path, drive, limit_mm, free, progress)
+    progress(1.0)
+    return replace(found, limit_mm=limit_mm, steady=steady, unlimited_s=free.plan.time_s)
+
+
+def _driven(
+    path: Path, drive: str, plan: FeedPlan, corrector: Mapping[str, Callable[[Floats], Floats]] | None = None
+) -> ContourRun:
+    """Return a planned path as it is driven."""
+    kind = DRIVES[drive]
+    samples = int(np.ceil(plan.time_s / kind.period_s)) + 1
+    time_s = np.minimum(np.arange(samples) * kind.period_s, plan.time_s)
+    place, velocity, acceleration = plan.positions(time_s), plan.velocities(time_s), plan.accelerations(time_s)
+    clock = np.arange(samples) * kind.period_s
+    axes = {}
+    for k, letter in enumerate(LETTERS[: path.dimensions]):
+        inserted = None if corrector is None else corrector.get(letter)
+        axes[letter] = run_drive(
+            kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k], corrector=inserted
+        )
+    load = np.column_stack([run.load_mm for run in axes.values()])
+    s_mm = plan.at(time_s)[0]
+    return ContourRun(
+        path=path,
+        drive=drive,
+        plan=plan,
+        axes=MappingProxyType(axes),
+        s_mm=s_mm,
+        contour_mm=project(path, load, s_mm).error_mm,
+        formula_mm=second_order(path, load, s_mm),
+        misprint_mm=misprinted_formula(path, load, s_mm),
+    )
+
+
+def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
+    """Return the contour error that the drives' linear answer predicts at places of a path, shape (n,), in mm.
+
+    Of each axis the following error is a sum of its velocity, acceleration and jerk, by least squares over a run; what
+    friction and cogging do is not in it.
+    """
+    time_s, total = plan.time_at(s_mm), []
+    for k, axis in enumerate(run.axes.values()):
+        known = _terms(run.plan, np.minimum(axis.time_s, run.plan.time_s), k)
+        numbers = np.linalg.lstsq(known, axis.following_mm, rcond=None)[0]
+        total.append(_terms(plan, time_s, k) @ numbers)
+    error = np.column_stack(total)
+    along = run.path.derivatives(s_mm)[0]
+    across = error - np.sum(error * along, axis=1, keepdims=True) * along
+    found: Floats = np.linalg.norm(across, axis=1)
+    return found
+
+
+def _terms(plan: FeedPlan, time_s: Floats, axis: int) -> Floats:
+    return np.column_stack([
+        of(time_s)[:, axis] for of in (plan.velocities, plan.accelerations, plan.jerks)
+    ])  # fmt: skip
+
+
+def _limited(
+    path: Path,
+    drive: str,
+    free: ContourRun,
+    limit_mm: float,
+    corrector: Mapping[str, Callable[[Floats], Floats]] | None,
+    progress: Progress,
+) -> ContourRun:
+    """Return a run whose feed is lowered where the contour error exceeds a limit; the best of a few rounds."""
+    limits = DRIVES[drive].limits
+    places = np.linspace(0.0, path.length_mm, _PLACES)
+    top = np.interp(places, *_feed_over_path(free.plan))
+    feed, found = top.copy(), free
+    for number in range(_MOST_ROUNDS):
+        predicted = predicted_contour(free, found.plan, places)
+        seen = _largest_near(found, places)
+        worst = np.maximum(predicted, seen)
+        share = np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0)
+        now = np.interp(places, *_feed_over_path(found.plan))
+        feed = np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top.max()))
+        plan = plan_feed(path, replace(limits, feed_mm_s=feed))
+        found = _driven(path, drive, plan, corrector)
+        progress(0.3 + 0.4 * (number + 1) / _MOST_ROUNDS)
+        if float(np.abs(found.contour_mm).max()) <= limit_mm:
+            break
+    return found
+
+
+def _feed_over_path(plan: FeedPlan) -> tuple[Floats, Floats]:
+    time_s = np.linspace(0.0, plan.time_s, _PLACES)
+    s_mm, feed, *_ = plan.at(time_s)
+    return s_mm, feed
+
+
+def _largest_near(run: ContourRun, places: Floats) -> Floats:
+    """Return the largest contour error that a run had near each place, shape (places,), in mm."""
+    nearest = np.clip(np.searchsorted(places, run.s_mm), 0, places.size - 1)
+    found = np.zeros(places.size)
+    np.maximum.at(found, nearest, np.abs(run.contour_mm))
+    reach = max(places.size // 200, 1)
+    padded = np.pad(found, reach, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    largest: Floats = windows.max(axis=1)
+    return largest
+
+
+def _steady(path: Path, drive: str, limit_mm: float, free: ContourRun, progress: Progress) -> tuple[float, float] | None:
+    """Return the highest constant feed that keeps a limit, and its time; None where none does."""
+    limits, top = DRIVES[drive].limits, float(_feed_over_path(free.plan)[1].max())
+    low, high, best = 0.0, top, None
+    for number in range(_MOST_HALVINGS):
+        feed = (low + high) / 2.0 if best is not None or number else high / 4.0
+        run = _driven(path, drive, plan_feed(path, replace(limits, feed_mm_s=feed)))
+        if float(np.abs(run.contour_mm).max()) <= limit_mm:
+            low, best = feed, (feed, run.plan.time_s)
+        else:
+            high = feed
+        progress(0.7 + 0.3 * (number + 1) / _MOST_HALVINGS)
+    return best
