@@ -14,7 +14,7 @@ from rtec.report.drawn import Plate, drawn
 from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.page_folder import write_page_folder
 from rtec.report.palette import ALARM, FORWARD, GREEN, GREY, GUIDE, MEASURED, PURPLE, REVERSE, SERIES
-from rtec.toolpath.contouring import ContourRun
+from rtec.toolpath.contouring import ContourRun, time_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,8 +35,7 @@ def contour_sentence(run: ContourRun) -> str:
         f"The carriages stay within {d['max_contour_um']:.3g} µm of the path ({d['rms_contour_um']:.3g} µm RMS) in "
         f"{d['time_s']:.3f} s; they follow the command within {d['max_following_um']:.4g} µm."
     ]
-    price = run.plan.time_s / run.plan.time_without_jerk_limit_s - 1.0
-    parts.append(f"The jerk limit costs {price:.1%} of the time.")
+    parts.append(f"The jerk limit costs {run.plan.price:.1%} of the time.")
     if run.limit_mm is not None:
         kept = float(np.abs(run.contour_mm).max()) <= run.limit_mm
         held = "keeps" if kept else "does not keep"
@@ -44,7 +43,7 @@ def contour_sentence(run: ContourRun) -> str:
                      f"{run.unlimited_s:.3f} s.")  # fmt: skip
         if run.steady is not None:
             parts.append(f"A constant feed that keeps it is {run.steady[0]:.3g} mm/s and takes {run.steady[1]:.3f} s.")
-    if not run.plan.audit.held:
+    if not run.plan.audit.passed:
         parts.append("A limit of an axis is exceeded.")
     return " ".join(parts)
 
@@ -73,7 +72,7 @@ def contour_rows(run: ContourRun) -> list[tuple[str, str]]:
         ("formula as it is misprinted, off by", f"{d['misprint_error_um']:.3g} µm"),
         ("integration error of the drives", f"{d['integration_error_nm']:.2g} nm"),
     ]
-    rows += [(f"largest share of {name}", f"{share:.4f}") for name, share in run.plan.audit.document().items()]
+    rows += [(f"largest share of {name}", f"{share:.4f}") for name, share in ((use.name, use.share) for use in run.plan.audit.uses)]
     return rows
 
 
@@ -150,7 +149,8 @@ def errors_figure(run: ContourRun) -> Figure:
     above, below = figure.subplots(2, 1, sharex=True)
     for letter, colour in zip(run.axes, SERIES, strict=False):
         axis = run.axes[letter]
-        above.plot(axis.time_s[part], 1e3 * axis.following_mm[part], color=colour, linewidth=0.9, label=letter)
+        following = 1e3 * (axis.command_mm - axis.load_mm)
+        above.plot(axis.time_s[part], following[part], color=colour, linewidth=0.9, label=letter)
     above.set_ylabel("following error (µm)")
     above.legend(loc="upper right")
     below.plot(run.time_s[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9)
@@ -164,8 +164,8 @@ def errors_figure(run: ContourRun) -> Figure:
 def feed_figure(run: ContourRun) -> Figure:
     """Return the feed over the path in the colour of the limit that binds."""
     s = np.linspace(0.0, run.path.length_mm, 4000)
-    feed = run.plan.at(run.plan.time_at(s))[1]
-    binds = run.plan.limit_at(s)
+    feed = run.plan.at(time_at(run.plan, s))[1]
+    binds, _ = run.plan.limit_at(s)
     figure = new_figure(4.4)
     axes = figure.add_subplot()
     axes.plot(s, feed, color=GREY, linewidth=0.8)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from rtec.axis.plants import BallScrew, DriveRun, LinearMotor, run_drive
 from rtec.errors import ArgumentError
-from rtec.toolpath.contour_error import misprinted_formula, project, second_order
+from rtec.toolpath.contour_error import Estimate, contour_error, estimate
 from rtec.toolpath.feed import FeedLimits, FeedPlan, plan_feed
 from rtec.toolpath.path import Path
 
@@ -70,7 +70,7 @@ class ContourRun:
     s_mm: Floats
     """Arc length that is commanded."""
     contour_mm: Floats
-    """Distance of the carriages from the path; in the plane positive towards the centre of curvature."""
+    """Distance of the carriages from the path; in the plane positive to the left of the motion."""
     formula_mm: Floats
     """The same by the second-order formula, and..."""
     misprint_mm: Floats
@@ -89,14 +89,14 @@ class ContourRun:
     @property
     def following_mm(self) -> Floats:
         """Distance of the carriages from where they are commanded to be."""
-        found: Floats = np.sqrt(sum(run.following_mm**2 for run in self.axes.values()))
+        found: Floats = np.sqrt(sum((run.command_mm - run.load_mm) ** 2 for run in self.axes.values()))
         return found
 
     @property
     def limits_held(self) -> bool:
         """Whether the plan keeps every limit of the axes, and the run the limit of the contour error, if there is one."""
         kept = self.limit_mm is None or float(np.abs(self.contour_mm).max()) <= self.limit_mm
-        return bool(self.plan.audit.held and kept)
+        return bool(self.plan.audit.passed and kept)
 
     def document(self) -> dict[str, object]:
         """Return what ``rtec contour --json`` prints."""
@@ -108,6 +108,7 @@ class ContourRun:
             "length_mm": self.path.length_mm,
             "time_s": self.plan.time_s,
             "time_without_jerk_limit_s": self.plan.time_without_jerk_limit_s,
+            "price_of_jerk_limit": self.plan.price,
             "max_contour_um": float(contour.max()),
             "rms_contour_um": float(np.sqrt(np.mean(contour**2))),
             "max_following_um": float(following.max()),
@@ -115,7 +116,7 @@ class ContourRun:
             "formula_error_um": float(np.nanmax(off)),
             "misprint_error_um": float(np.nanmax(1e3 * np.abs(self.misprint_mm - self.contour_mm))),
             "limits_held": self.limits_held,
-            "largest_shares": self.plan.audit.document(),
+            "largest_shares": {use.name: use.share for use in self.plan.audit.uses},
             "integration_error_nm": max(run.integration_error_nm for run in self.axes.values()),
             "limit_um": None if self.limit_mm is None else 1e3 * self.limit_mm,
             "time_unlimited_s": self.unlimited_s,
@@ -177,7 +178,7 @@ def _driven(
     kind = DRIVES[drive]
     samples = int(np.ceil(plan.time_s / kind.period_s)) + 1
     time_s = np.minimum(np.arange(samples) * kind.period_s, plan.time_s)
-    place, velocity, acceleration = plan.positions(time_s), plan.velocities(time_s), plan.accelerations(time_s)
+    place, (velocity, acceleration, _) = plan.positions(time_s), plan.axis_motion(time_s)
     clock = np.arange(samples) * kind.period_s
     axes = {}
     for k, letter in enumerate(LETTERS[: path.dimensions]):
@@ -193,9 +194,9 @@ def _driven(
         plan=plan,
         axes=MappingProxyType(axes),
         s_mm=s_mm,
-        contour_mm=project(path, load, s_mm).error_mm,
-        formula_mm=second_order(path, load, s_mm),
-        misprint_mm=misprinted_formula(path, load, s_mm),
+        contour_mm=contour_error(path, s_mm, load).error_mm,
+        formula_mm=estimate(path, s_mm, load, Estimate.SECOND_ORDER),
+        misprint_mm=estimate(path, s_mm, load, Estimate.AS_PRINTED),
     )
 
 
@@ -205,11 +206,11 @@ def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
     Of each axis the following error is a sum of its velocity, acceleration and jerk, by least squares over a run; what
     friction and cogging do is not in it.
     """
-    time_s, total = plan.time_at(s_mm), []
+    known, asked = _terms(run.plan, run.time_s), _terms(plan, time_at(plan, s_mm))
+    total = []
     for k, axis in enumerate(run.axes.values()):
-        known = _terms(run.plan, np.minimum(axis.time_s, run.plan.time_s), k)
-        numbers = np.linalg.lstsq(known, axis.following_mm, rcond=None)[0]
-        total.append(_terms(plan, time_s, k) @ numbers)
+        numbers = np.linalg.lstsq(known[:, :, k], axis.command_mm - axis.load_mm, rcond=None)[0]
+        total.append(asked[:, :, k] @ numbers)
     error = np.column_stack(total)
     along = run.path.derivatives(s_mm)[0]
     across = error - np.sum(error * along, axis=1, keepdims=True) * along
@@ -217,10 +218,15 @@ def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
     return found
 
 
-def _terms(plan: FeedPlan, time_s: Floats, axis: int) -> Floats:
-    return np.column_stack([
-        of(time_s)[:, axis] for of in (plan.velocities, plan.accelerations, plan.jerks)
-    ])  # fmt: skip
+def _terms(plan: FeedPlan, time_s: Floats) -> Floats:
+    """Return velocity, acceleration and jerk of the axes at times, shape (n, 3, axes)."""
+    return np.stack(plan.axis_motion(np.minimum(time_s, plan.time_s)), axis=1)
+
+
+def time_at(plan: FeedPlan, s_mm: Floats) -> Floats:
+    """Return when a plan is at places of its path, shape (n,), in s."""
+    times = np.linspace(0.0, plan.time_s, 10 * _PLACES)
+    return np.interp(s_mm, plan.at(times)[0], times)
 
 
 def _limited(
@@ -243,7 +249,7 @@ def _limited(
         share = np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0)
         now = np.interp(places, *_feed_over_path(found.plan))
         feed = np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top.max()))
-        plan = plan_feed(path, replace(limits, feed_mm_s=feed))
+        plan = plan_feed(path, replace(limits, feed_mm_s=np.column_stack([places, feed])))
         found = _driven(path, drive, plan, corrector)
         progress(0.3 + 0.4 * (number + 1) / _MOST_ROUNDS)
         if float(np.abs(found.contour_mm).max()) <= limit_mm:
