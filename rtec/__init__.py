@@ -27,7 +27,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rtec.effects import Effect
-    from rtec.effects.own import Within, effect
+    from rtec.effects.own import effect
+    from rtec.effects.own_signature import Within
     from rtec.errors import RtecError
     from rtec.python import Data, Model, add, compare, diagnose, read, run, simulate, train
 
