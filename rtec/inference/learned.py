@@ -20,6 +20,7 @@ from rtec.effects.protocol import own_shape
 from rtec.effects.quantities import quantity_of, unit_of
 from rtec.inference.answer import EQUAL
 from rtec.inference.chessboard import board_of, gain_between, held_out_residual
+from rtec.inference.colour import Colour
 from rtec.inference.described import descriptions
 from rtec.inference.finding import Finding
 from rtec.inference.model import Model, Term
@@ -29,13 +30,15 @@ from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Choice
 
-_CLOSER = 8
-"""Curves that are scored with a noise of their own, of all that are looked at under the noise of the model before."""
+_CLOSER = 2
+"""Numbers of nodes of a curve that are scored with a noise of their own, beside that of the model before."""
 _INSIDE = 1e-6
 """Share of an effect that a curve may miss where it can say all that the effect does."""
-_PROMISING, _FEW = 4, 3
+_PROMISING, _FEW = 5, 4
 """Curves of which all nodes are tried, and of how many nodes each is looked at first."""
-_PAIRED = ("position", "time", "velocity", "since_reversal", "load")
+_ROUNDS = 3
+"""Times the nodes of a curve are looked at, each beside a noise that knows the curve better."""
+_PAIRED = ("position", "time", "velocity", "since_reversal", "load", "run")
 _MOST_HEAT = 3
 PLACES = 161
 """Of a curve, at which it is drawn and described."""
@@ -52,12 +55,15 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
     judge, dataset = Judge(found.scout.space), found.scout.space.dataset
     begun = [c for c in found.scouted.choices if not isinstance(c[0], Probe) and c[0].name != Curve.name]
     before = judge.score(begun)
-    few = {curve: _looked(judge, before, found.search.given, curve, coarse=True) for curve in curves_for(dataset)}
+    given, board = found.search.given, board_of(dataset)
+    # what is missing passes for slow noise as long as no curve has it: each is looked at beside quick noise, too
+    noises = (before, replace(before, colour=Colour()))
+    few = {
+        curve: max((_looked(judge, before, near, given, curve, coarse=True) for near in noises), key=_first)
+        for curve in curves_for(dataset)
+    }
     promising = sorted((curve for curve in few if few[curve]), key=lambda curve: -few[curve][0][0])[:_PROMISING]
-    looked = [one for curve in promising for one in _looked(judge, before, found.search.given, curve)]
-    looked.sort(key=lambda item: -item[0])
-    board = board_of(dataset)
-    closer = [judge.score(choices, before) for _, choices in looked[:_CLOSER]]
+    closer = [_closest(judge, before, few[curve][0][1], given, curve) for curve in promising]
     most = max(map(_score, closer), default=0.0)
     # of curves that do as well the one with fewer effects beside it
     for best in sorted(closer, key=lambda m: (m.score < most - EQUAL, len(m.choices), -m.score)):
@@ -70,17 +76,31 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
     return None
 
 
+def _closest(
+    judge: Judge, before: Scored, choices: Sequence[Choice], given: Sequence[Choice], curve: Curve
+) -> Scored:
+    """Return the best model with a curve: each number of nodes is looked at under the noise of the best so far."""
+    best = judge.score(choices, before)
+    for _ in range(_ROUNDS):
+        looked = _looked(judge, before, best, given, curve)[:_CLOSER]
+        better = max((judge.score(choices, best) for _, choices in looked), key=_score)
+        if better.score <= best.score:
+            break
+        best = better
+    return best
+
+
 def _looked(
-    judge: Judge, before: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
+    judge: Judge, before: Scored, near: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
 ) -> list[tuple[float, list[Choice]]]:
-    """Return scores under the noise of the model before, and models with a curve, best first; or a few of them."""
+    """Return scores under the noise of a model, and the model before with a curve, best first; or a few of them."""
     kept = [[c for c in before.choices if c in given or not over(c, curve)] for over in (_same_map, _same_form)]
     shapes = curve.shapes(judge.space.dataset.conditions)
     found = []
     for beside in kept[: 1 if kept[0] == kept[1] else 2]:
         for shape in shapes[:: max(1, len(shapes) // _FEW)] if coarse else shapes:
             choices: list[Choice] = [*beside, (curve, shape)]
-            found.append((judge.quickly(choices, before), choices))
+            found.append((judge.quickly(choices, near), choices))
     return sorted(found, key=lambda item: -item[0])
 
 
@@ -102,7 +122,8 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     single = [name for name in ("position", "time", "velocity", "acceleration", "load", "pressure", "humidity")
               if quantity_of(c, name) is not None]  # fmt: skip
     single += [*heat, *others, *_phases(c)]
-    texts = [*single, *(f"{name}*direction" for name in ("position", "since_reversal", "time", *_phases(c), *heat))]
+    by_way = ("position", "since_reversal", "time", "run", *_phases(c), *heat, *others)
+    texts = [*single, *(f"{name}*direction" for name in by_way)]
     paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
         texts += [f"{one}*{two}", f"{one}*{two}*direction"]
@@ -128,6 +149,10 @@ def _same_map(choice: Choice, curve: Curve) -> bool:
 def _same_form(choice: Choice, curve: Curve) -> bool:
     """Return whether an effect is a map or a wave over what a curve is over: a sum of such resembles anything."""
     return _same_map(choice, curve) or (choice[0].is_wave and "position" in curve.quantities)
+
+
+def _first(looked: Sequence[tuple[float, list[Choice]]]) -> float:
+    return looked[0][0] if looked else -math.inf
 
 
 def _score(model: Scored) -> float:
