@@ -152,8 +152,8 @@ def _row(line: str, kind: str, games: Sequence[dict[str, Any]]) -> tuple[object,
         return kind, many, share(len(curves), many), sum(one["verdict"] == "UNKNOWN" for one in games)
     unknown = sum(one["verdict"] == "UNKNOWN" for one in games)
     close = sum(one["heldout"] <= CLOSE for one in curves)
-    right = sum(tuple(one["over"]) == OVER[one["kind"]] for one in curves)
-    what = "*".join(OVER.get(kind, ())) or "-"
+    right = sum(tuple(one["over"]) in OVER[one["kind"]] for one in curves)
+    what = " or ".join("*".join(one) for one in OVER.get(kind, ())) or "-"
     return kind, what, many, unknown, len(curves), share(close, len(curves)), share(right, len(curves))
 
 

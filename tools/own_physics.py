@@ -123,18 +123,26 @@ LOGS = MappingProxyType({
 })  # fmt: skip
 _BY_OVER = MappingProxyType({
     "position": "chirped_cyclic growing_wave partial_wave missing_tooth scale_joints gib_dents",
-    "time": "room_wave pump_cycle weather turning_drift lost_at_reversals",
-    "position time": "moving_bump fading_wave slipping_wave breathing_ribs travelling_wave passing_chip "
-    "sliding_joint snapping_map swaying_map day_and_night breathing_scale worn_in",
-    "direction position time": "one_way_bump late_map twisting_play",
-    "direction time": "breathing_play counting_play flipping_play",
+    "time": "room_wave pump_cycle weather turning_drift",
+    "time, direction run": "lost_at_reversals",
+    "position time": "fading_wave breathing_ribs travelling_wave passing_chip snapping_map swaying_map "
+    "day_and_night breathing_scale",
+    "position run, position time": "moving_bump sliding_joint worn_in",
+    "direction position time": "late_map twisting_play",
+    "direction position run, direction position time": "one_way_bump",
+    "direction position run, position time": "slipping_wave",
+    "direction time": "breathing_play",
+    "direction run, direction time": "counting_play flipping_play",
     "direction dwell_s": "dwell_reversal",
-    "since_reversal time": "creep_after_rest",
+    "run since_reversal, since_reversal time": "creep_after_rest",
     "": "stick_slip",
 })  # fmt: skip
-OVER = {kind: tuple(over.split()) for over, kinds in _BY_OVER.items() for kind in kinds.split()}
-OVER |= {name: kind.over for name, kind in LOGS.items()}
-"""What each error outside the library is a function of; nothing where it is one of no column."""
+OVER = {
+    kind: tuple(tuple(one.split()) for one in over.split(","))
+    for over, kinds in _BY_OVER.items()
+    for kind in kinds.split()
+} | {name: (kind.over,) for name, kind in LOGS.items()}
+"""What each error outside the library is a function of, or as well of; nothing where it is one of no column."""
 
 
 def quantities(m: Measurement) -> Quantities:

@@ -27,6 +27,8 @@ _VALUES_A_NODE = 1.6
 """Distinct values of a quantity that a node needs at least: what is left has to show whether the curve fits."""
 _MOST_IN_A_PERIOD = 12
 """Nodes over the phase of a period: with more it follows each target, as the phases of targets are scattered."""
+_REPEATS, _MOST_IN_TABLE = 4.0, 170
+"""Readings of each value of a quantity from which a node stands at each as well, and most of such values."""
 _REACH = 2.0
 """Nodes over which a curve is correlated beforehand."""
 _MOST_RUNS = 12
@@ -121,7 +123,7 @@ class Curve(Effect):
             return "one direction only"
         return None if self.shapes(conditions) else f"too few values of {' and '.join(self.quantities)}"
 
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+    def shapes(self, conditions: Conditions) -> Sequence[CurveShape]:
         """Return nodes to try, from few to many."""
         if not self.quantities or any(quantity_of(conditions, name) is None for name in self.quantities):
             return ()
@@ -131,11 +133,10 @@ class Curve(Effect):
         ]
         if len(self.quantities) == 1:
             (over,) = self.quantities
-            return [
-                CurveShape(over, by_direction=self.by_direction, nodes=_nodes(conditions, over, n))
-                for n in ladders[0]
-                if n <= each
-            ]
+            every = [_nodes(conditions, over, n) for n in ladders[0] if n <= each]
+            if over not in PHASES and 2 <= _distinct(conditions, over) <= min(each / _REPEATS * 3.0, _MOST_IN_TABLE):
+                every.append(_values(conditions, over))
+            return [CurveShape(over, by_direction=self.by_direction, nodes=nodes) for nodes in every]
         over, across = self.quantities
         grids = itertools.product(*ladders)
         return [
@@ -211,9 +212,13 @@ def axis_label(conditions: Conditions, name: str) -> str:
     return f"{name.replace('_', ' ')} ({unit})" if unit else name.replace("_", " ")
 
 
-def _distinct(conditions: Conditions, name: str) -> int:
+def _values(conditions: Conditions, name: str) -> tuple[float, ...]:
     values = quantity_of(conditions, name)
-    return 0 if values is None else int(np.unique(values[np.isfinite(values)]).size)
+    return () if values is None else tuple(np.unique(values[np.isfinite(values)]).tolist())
+
+
+def _distinct(conditions: Conditions, name: str) -> int:
+    return len(_values(conditions, name))
 
 
 def _ladder(conditions: Conditions, name: str, counts: Sequence[int]) -> list[int]:

@@ -199,7 +199,7 @@ class FunctionEffect(Effect):
         return ends, count
 
     def _shown(self, thin: Conditions, name: str, rests: Sequence[Mapping[str, float]]) -> tuple[float, float]:
-        """Return between which shares of its bounds a parameter changes anything; all of them where that is nowhere."""
+        """Return between which shares of its bounds a parameter changes anything; all where that is nowhere."""
         count = _LOOKS
         while count <= _MOST_OF_ONE:
             shares = np.linspace(0.0, 1.0, count)

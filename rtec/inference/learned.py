@@ -30,8 +30,6 @@ from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Choice
 
-_CLOSER = 2
-"""Numbers of nodes of a curve that are scored with a noise of their own, beside that of the model before."""
 _INSIDE = 1e-6
 """Share of an effect that a curve may miss where it can say all that the effect does."""
 _PROMISING, _FEW = 5, 4
@@ -56,10 +54,8 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
     begun = [c for c in found.scouted.choices if not isinstance(c[0], Probe) and c[0].name != Curve.name]
     before = judge.score(begun)
     given, board = found.search.given, board_of(dataset)
-    # what is missing passes for slow noise as long as no curve has it: each is looked at beside quick noise, too
-    noises = (before, replace(before, colour=Colour()))
     few = {
-        curve: max((_looked(judge, before, near, given, curve, coarse=True) for near in noises), key=_first)
+        curve: max((_looked(judge, before, near, given, curve, coarse=True) for near in _noises(before)), key=_first)
         for curve in curves_for(dataset)
     }
     promising = sorted((curve for curve in few if few[curve]), key=lambda curve: -few[curve][0][0])[:_PROMISING]
@@ -82,12 +78,17 @@ def _closest(
     """Return the best model with a curve: each number of nodes is looked at under the noise of the best so far."""
     best = judge.score(choices, before)
     for _ in range(_ROUNDS):
-        looked = _looked(judge, before, best, given, curve)[:_CLOSER]
+        looked = [_looked(judge, before, near, given, curve)[0] for near in _noises(best)]
         better = max((judge.score(choices, best) for _, choices in looked), key=_score)
         if better.score <= best.score:
             break
         best = better
     return best
+
+
+def _noises(model: Scored) -> tuple[Scored, Scored]:
+    """Return a model with its noise, and with white noise: what a curve lacks passes for slow noise otherwise."""
+    return model, replace(model, colour=Colour())
 
 
 def _looked(
@@ -98,10 +99,21 @@ def _looked(
     shapes = curve.shapes(judge.space.dataset.conditions)
     found = []
     for beside in kept[: 1 if kept[0] == kept[1] else 2]:
-        for shape in shapes[:: max(1, len(shapes) // _FEW)] if coarse else shapes:
+        for shape in _few_of(shapes) if coarse else shapes:
             choices: list[Choice] = [*beside, (curve, shape)]
             found.append((judge.quickly(choices, near), choices))
     return sorted(found, key=lambda item: -item[0])
+
+
+def _few_of(shapes: Sequence[CurveShape]) -> Sequence[CurveShape]:
+    """Return some of the numbers of nodes; of two quantities every other one along each of them."""
+    if not shapes or not shapes[0].across:
+        return [*shapes[: -1 : max(1, len(shapes) // _FEW)], *shapes[-1:]]
+    one, two = (
+        {len(nodes) for nodes in sides} for sides in zip(*((s.nodes, s.nodes_across) for s in shapes), strict=True)
+    )
+    kept = [set(sorted(counts)[:: 2 if len(counts) > 2 else 1]) for counts in (one, two)]
+    return [s for s in shapes if len(s.nodes) in kept[0] and len(s.nodes_across) in kept[1]]
 
 
 def curves_for(dataset: Dataset) -> list[Curve]:
@@ -114,7 +126,7 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     >>> x = [0.0, 1, 2, 3, 4, 5, 6, 7, 8, 9] * 2
     >>> data = load_dataset(measurement_of_columns({"target_mm": x, "deviation_um": range(20)}))
     >>> [curve.text for curve in curves_for(data)]
-    ['position']
+    ['position', 'position*since_reversal', 'position*run', 'since_reversal*run']
     """
     c = dataset.conditions
     heat = list(c.temperatures)[:_MOST_HEAT]
@@ -126,6 +138,8 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     texts = [*single, *(f"{name}*direction" for name in by_way)]
     paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
+        if {one, two} == {"time", "run"}:  # the time says which run it is
+            continue
         texts += [f"{one}*{two}", f"{one}*{two}*direction"]
     texts += [
         f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None
