@@ -126,7 +126,7 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     >>> x = [0.0, 1, 2, 3, 4, 5, 6, 7, 8, 9] * 2
     >>> data = load_dataset(measurement_of_columns({"target_mm": x, "deviation_um": range(20)}))
     >>> [curve.text for curve in curves_for(data)]
-    ['position', 'position*since_reversal', 'position*run', 'since_reversal*run']
+    ['position', 'position*since_reversal']
     """
     c = dataset.conditions
     heat = list(c.temperatures)[:_MOST_HEAT]
@@ -138,9 +138,10 @@ def curves_for(dataset: Dataset) -> list[Curve]:
     texts = [*single, *(f"{name}*direction" for name in by_way)]
     paired = [name for name in _PAIRED if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
-        if {one, two} == {"time", "run"}:  # the time says which run it is
-            continue
-        texts += [f"{one}*{two}", f"{one}*{two}*direction"]
+        if "run" not in (one, two):
+            texts += [f"{one}*{two}", f"{one}*{two}*direction"]
+        elif "time" not in (one, two) and c.both_directions:  # another map in each pass is what noise is like, too
+            texts.append(f"{one}*{two}")
     texts += [
         f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None
     ]
