@@ -182,7 +182,8 @@ def main() -> int:
                     file.write(json.dumps(one) + "\n")
             sys.stderr.write(f"\r{one['line']} {one['index'] + 1} ")
     tables = {line: rows(records, line) for line in TIMES}
-    text = markdown_page(TEMPLATE, games=given.games, seed=given.seed, **tables)
+    missing = given.games * sum(TIMES.values()) - len(records)
+    text = markdown_page(TEMPLATE, games=given.games, seed=given.seed, missing=missing, **tables)
     if given.output is None:
         sys.stdout.write(text)
     else:
