@@ -196,26 +196,27 @@ def along(table: Table, s: Floats, side: int, out: Floats) -> None:
 
 
 @helper
-def _ahead(s: float, at: int, point: Floats, closed: bool, table: Table) -> tuple[float, float, int]:
-    """Return how far ahead of ``s`` a point lies along the tangent, how fast that falls with s, and the panel."""
+def _ahead(s: float, at: int, point: Floats, closed: bool, table: Table) -> tuple[float, float, float, int]:
+    """Return how far ahead of ``s`` a point lies, how fast that falls with s, its distance squared, and the panel."""
     if closed:
         s -= table[0][-1] * math.floor(s / table[0][-1])
     at = _found(table[0], s, at, 1)
     x, y, z = _place(s, at, table)
     dx, dy = point[0] - x[0], point[1] - y[0]
     dz = point[2] - z[0] if point.size == 3 else 0.0
-    return dx * x[1] + dy * y[1] + dz * z[1], 1.0 - (dx * x[2] + dy * y[2] + dz * z[2]), at
+    fall = 1.0 - (dx * x[2] + dy * y[2] + dz * z[2])
+    return dx * x[1] + dy * y[1] + dz * z[1], fall, dx * dx + dy * dy + dz * dz, at
 
 
 @helper
-def _foot(s: float, at: int, point: Floats, closed: bool, near: float, table: Table) -> tuple[float, int]:
-    """Return the arc length of the foot of a point that is found from ``s``, and the panel.
+def _foot(s: float, at: int, point: Floats, closed: bool, near: float, table: Table) -> tuple[float, float, int]:
+    """Return the arc length of the foot of a point that is found from ``s``, its distance squared, and the panel.
 
     The search goes the way that comes nearer, in growing steps until the next would lead away, and closes in between
     by Newton's method, or by bisection where that leaves the bracket.
     """
     length = table[0][-1]
-    f, fall, at = _ahead(s, at, point, closed, table)
+    f, fall, square, at = _ahead(s, at, point, closed, table)
     sign = 1.0 if f > 0.0 else -1.0
     low, high = s, s
     stride = abs(f) / max(fall, 0.25) + near
@@ -223,11 +224,11 @@ def _foot(s: float, at: int, point: Floats, closed: bool, near: float, table: Ta
         high = low + sign * stride
         if not closed:
             high = min(max(high, 0.0), length)
-        f, fall, at = _ahead(high, at, point, closed, table)
+        f, fall, square, at = _ahead(high, at, point, closed, table)
         if sign * f <= 0.0:
             break
         if high == low:  # the end of the path
-            return high, at
+            return high, square, at
         low = high
         stride *= 1.5
     s = high
@@ -239,25 +240,30 @@ def _foot(s: float, at: int, point: Floats, closed: bool, near: float, table: Ta
         s = guess
         if moved <= near:
             break
-        f, fall, at = _ahead(s, at, point, closed, table)
+        f, fall, square, at = _ahead(s, at, point, closed, table)
         if sign * f > 0.0:
             low = s
         else:
             high = s
-    return s, at
+    return s, square, at
 
 
 @fused_kernel
 def project(table: Table, closed: bool, commanded: Floats, actual: Floats, near: float, out: Floats) -> None:
     """Write the arc length of the foot of each actual point.
 
-    Each search starts as far from the commanded arc length as the foot of the point before was. On a closed path a
-    foot may lie before 0 or behind the length.
+    One search starts as far from the commanded arc length as the foot of the point before was, another one there:
+    behind an inner corner the first stays on the leg before. The nearer foot counts. On a closed path it may lie
+    before 0 or behind the length.
     """
     at, carried = 0, 0.0
     for i in range(commanded.size):
         s = commanded[i] + carried
         if not closed:
             s = min(max(s, 0.0), table[0][-1])
-        out[i], at = _foot(s, at, actual[i], closed, near, table)
-        carried = out[i] - commanded[i]
+        s, square, at = _foot(s, at, actual[i], closed, near, table)
+        other, nearer, _ = _foot(commanded[i], at, actual[i], closed, near, table)
+        if nearer < square - near * near:
+            s = other
+        out[i] = s
+        carried = s - commanded[i]

@@ -225,7 +225,8 @@ def read_nurbs(path: str | FilePath) -> Nurbs:
     try:
         return _from_keys(found)
     except ArgumentError as error:
-        raise FileFormatError(path, None, str(error).partition("; use ")[0], error.allowed) from None
+        said = error.allowed + f"; {error.hint}" * bool(error.hint)
+        raise FileFormatError(path, None, str(error).partition("; use ")[0], said) from None
 
 
 def _from_keys(found: dict[str, Any]) -> Nurbs:

@@ -11,7 +11,7 @@ from numpy.polynomial.chebyshev import chebint
 
 from rtec.errors import ArgumentError
 from rtec.toolpath import _nurbs_kernels as kernels
-from rtec.toolpath.nurbs import Nurbs
+from rtec.toolpath.nurbs import LARGEST_MM, Nurbs
 
 Floats = npt.NDArray[np.float64]
 
@@ -165,16 +165,17 @@ class Path:
 
         Notes
         -----
-        The first search starts from the commanded arc length, each further one as far from it as the last foot was:
-        where the path crosses itself the foot stays on the branch of the motion.
+        The search is local. It starts as far from the commanded arc length as the last foot was, and there: where
+        the path crosses itself the foot stays on the branch of the motion, and behind an inner corner it leaves the
+        leg before.
         """
         commanded = self._within(s_mm)
         actual = np.ascontiguousarray(actual_mm, dtype=np.float64)
         if actual.shape != (commanded.size, self.dimensions):
             allowed = f"({commanded.size}, {self.dimensions}): one point for each arc length"
             raise ArgumentError("actual_mm", f"an array of shape {actual.shape}", allowed)
-        if not np.isfinite(actual).all():
-            raise ArgumentError("actual_mm", "a point that is no number", "finite numbers")
+        if not (np.abs(actual) <= 10.0 * LARGEST_MM).all():
+            raise ArgumentError("actual_mm", "a point far off", f"finite numbers within {10.0 * LARGEST_MM:g} mm")
         out = np.empty(commanded.size)
         kernels.project(self._table, self.closed, commanded, actual, near_mm, out)
         return np.mod(out, self.length_mm) if self.closed else out

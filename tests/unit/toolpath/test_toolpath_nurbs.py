@@ -60,7 +60,7 @@ def test_curvature_is_that_of_the_derivatives():
         at, first, second = curve.evaluate(u, 2)
         cross = np.cross(np.pad(first, ((0, 0), (0, 3 - dimensions))), np.pad(second, ((0, 0), (0, 3 - dimensions))))
         turn = cross[:, 2] if dimensions == 2 else np.linalg.norm(cross, axis=1)
-        assert np.array_equal(points, at)
+        assert np.allclose(points, at, rtol=1e-13)
         assert np.allclose(curvature, turn / np.linalg.norm(first, axis=1) ** 3, rtol=1e-9, atol=1e-12)
 
 
