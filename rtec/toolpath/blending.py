@@ -20,7 +20,7 @@ Frame = tuple[Floats, Floats, Floats]
 
 DEGREE = 5
 HELIX_MM = 1e-9
-"""How far the polynomials of a helix may leave it; lines and arcs in the plane are exact."""
+"""Largest error of the quintics of a helix; lines and arcs in the plane are exact."""
 _REVERSAL = -0.99
 """Cosine of the turn beyond which a corner is left as it is: a rounded one would be as sharp."""
 _SMOOTH = 1e-9
@@ -44,9 +44,9 @@ class Piece:
     sweep
         Angle of an arc in radians, positive counter-clockwise; 0 for a line.
     feed_mm_s
-        Most that the feed may be.
+        Largest feed allowed.
     blend_mm
-        Most that a blend at the end may leave the corner.
+        Tolerance of the blend at its end.
     """
 
     start: Floats
@@ -126,10 +126,10 @@ def joined(name: str, pieces: Sequence[Piece], dimensions: int) -> Path:
 
     Notes
     -----
-    A joint is a corner where direction or curvature jumps. There both pieces are cut at the same distance, at most at
-    their middles, and joined by a quintic that takes over point, direction and curvature from both: the path then
-    has no jump of curvature. The distance from the corner is measured between points of equal parameter, which is no
-    less than the distance of the curves.
+    Where direction or curvature jumps, both pieces are cut at the same distance from the joint, at most at their
+    middles. A quintic with the points, directions and curvatures of both cuts replaces what lies between, so that
+    the curvature is continuous. Its deviation is measured between points of equal parameter, which is never less
+    than the distance of the curves.
     """
     cut = [0.0, *(_cut(a, b) for a, b in pairwise(pieces)), 0.0]
     curves: list[Floats] = []

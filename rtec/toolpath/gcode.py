@@ -1,8 +1,7 @@
 """G-code programs as toolpaths: lines, arcs in the XY plane, feeds as limits, corners blended or not.
 
-What is understood: G0 G1 G2 G3 with X Y Z, I J or R; F; G17 G20 G21 G90 G91 G61 G64 (P); G40 G49 G54 G80 G94, which
-say what is so anyway; M2 M30; N, comments in () or behind ; and lines of %. Every other word is refused, so that
-nobody's machine is guessed at.
+Accepted: G0 G1 G2 G3 with X Y Z, I J or R; F; G17 G20 G21 G90 G91 G61 G64 (P); G40 G49 G54 G80 G94, which state the
+default; M2 M30; N, comments in () or behind ; and lines of %. Every other word is an error.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from rtec.toolpath.path import Path
 from rtec.units import MM_PER_INCH
 
 BLEND_MM = 0.01
-"""Tolerance of corners where neither the program nor the caller says one."""
+"""Default tolerance of blended corners."""
 MOST_BLEND_MM = 1000.0
 MOST_BYTES = 1 << 24
 MOST_MOVES = 100_000
 SHORTEST_MM = 1e-6
-"""A shorter straight move is no move."""
+"""Shorter straight moves are ignored."""
 OFF_CENTRE_MM = 0.01
-"""Most that the two radii of an arc given by its centre may differ: programs are rounded."""
+"""Largest difference of the radii at both ends of an arc: coordinates in programs are rounded."""
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _WORD = re.compile(r"([A-Z])([+-]?(?:\d+\.?\d*|\.\d+))")
 _NEUTRAL = {"G17", "G40", "G49", "G54", "G80", "G94"}
@@ -51,7 +50,7 @@ def read_gcode(path: str | FilePath, *, blend_mm: float = BLEND_MM) -> Path:
     Returns
     -------
     Path
-        It begins where the rapids at the beginning lead to. F words are limits of the feed, rapids have none.
+        It begins where the first rapids end. F words limit the feed; rapids have no limit.
 
     Raises
     ------
@@ -98,7 +97,7 @@ def parse_gcode(text: str, *, source: str = "program", blend_mm: float = BLEND_M
 
 @dataclass
 class _Program:
-    """Where a program has come to."""
+    """The state of the interpreter."""
 
     source: str
     blend_mm: float
@@ -114,7 +113,7 @@ class _Program:
         return FileFormatError(self.source, self.line, problem, allowed)
 
     def take(self, text: str) -> bool:
-        """Carry out a line; return whether the program ends with it."""
+        """Interpret a line; return whether it ends the program."""
         left = _WORD.sub("", text)
         if left:
             raise self.error(f"{brief(left, 40)!r} is not understood", _ALLOWED)

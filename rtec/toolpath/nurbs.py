@@ -25,7 +25,7 @@ LARGEST_MM = 1e5
 """Largest coordinate: up to here a float64 resolves better than 1e-10 mm."""
 WEIGHTS = (1e-6, 1e6)
 SHORTEST_SPAN = 1e-9
-"""Knots closer than this part of the whole range are meant to be one knot."""
+"""Smallest distance of different knots, as a part of their range."""
 _KEYS = ("degree", "knots", "weights", "control_points")
 
 
@@ -107,7 +107,7 @@ class Nurbs:
         derivatives
             The highest order, 0 to 3.
         side
-            -1: at a knot, what holds just before it; +1: just behind it.
+            At a knot -1 gives the limit from before, +1 the limit from behind.
 
         Returns
         -------
@@ -129,9 +129,12 @@ class Nurbs:
 
 def _numbers(name: str, values: npt.ArrayLike, low: float, high: float, unit: str) -> Floats:
     try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(name, brief(repr(values), 60), "numbers, in rows of equal length") from None
+        array = np.array(values)
+    except ValueError:  # rows of different lengths
+        array = np.array("")
+    if array.dtype.kind not in "iuf":
+        raise ArgumentError(name, brief(repr(values), 60), "numbers, in rows of equal length")
+    array = array.astype(np.float64)
     bad = np.argwhere(~((array >= low) & (array <= high)))
     if bad.size:
         place = ", ".join(str(index + 1) for index in bad[0])
@@ -236,19 +239,9 @@ def _from_keys(found: dict[str, Any]) -> Nurbs:
     for key in ("degree", "knots", "control_points"):
         if key not in found:
             raise ArgumentError(key, "no such key", "all of degree, knots, control_points; weights if not all are 1")
-    for key in ("knots", "weights", "control_points"):
-        rows = found.get(key, [])
-        flat = rows if key != "control_points" or not isinstance(rows, list) else _flattened(rows)
-        if not isinstance(flat, list) or any(type(x) not in (int, float) for x in flat):
-            what = "a list of rows of numbers" if key == "control_points" else "a list of numbers"
-            raise ArgumentError(key, brief(repr(rows), 60), what)
     return Nurbs(
         degree=found["degree"],
         knots=found["knots"],
         weights=found.get("weights"),
         control_points_mm=found["control_points"],
     )
-
-
-def _flattened(rows: list[Any]) -> list[Any] | None:
-    return [x for row in rows for x in row] if all(isinstance(row, list) for row in rows) else None

@@ -34,28 +34,28 @@ _FLAT_PER_MM = 1e-8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
-    """A NURBS run through by arc length.
+    """A NURBS as a function of its arc length.
 
     Parameters
     ----------
     name
         For messages and titles.
     curve
-        Its shape.
+        The geometry.
     feed_limits
-        (spans of the curve,) Most that the feed may be, in mm/s; None: no limit.
+        (spans of the curve,) Largest feed allowed, in mm/s; None: no limit.
 
     Raises
     ------
     ArgumentError
-        A curve of no length, or with a cusp within a span: the parameter runs on while the point rests. (A cusp at
-        a knot that both sides reach at speed is a corner.)
+        A cusp or coincident control points: the derivative by the parameter is zero somewhere. (A reversal at a knot
+        with derivatives on both sides is a corner.) Not one limit of the feed for each span.
 
     Notes
     -----
-    The speed along each panel is a Chebyshev series, its integral the arc length, and another series, fitted to
-    the inverse, gives the parameter. A panel is halved until both series have converged. A point then costs two
-    polynomials and no iteration, and lengths are sums of panels: errors do not grow with the length.
+    Spans are divided into panels. In each panel the speed is a Chebyshev series, whose integral is the arc length;
+    a second series gives the parameter as a function of the arc length. A panel is halved until both series have
+    converged. Evaluating a point then needs two polynomials and no iteration, and errors do not grow with the length.
 
     Examples
     --------
@@ -74,6 +74,9 @@ class Path:
     _table: kernels.Table = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        count = self.curve.coefficients.shape[0]
+        if self.feed_limits is not None and np.shape(self.feed_limits) != (count,):
+            raise ArgumentError("feed_limits", f"an array of shape {np.shape(self.feed_limits)}", f"{count} numbers")
         spans, ends, inverse = _panels(self.name, self.curve)
         set_field = object.__setattr__
         set_field(self, "length_mm", float(ends[-1]))
@@ -93,7 +96,7 @@ class Path:
 
     @cached_property
     def corners_mm(self) -> Floats:
-        """Arc lengths at which direction or curvature jumps: where jerk is limited, the feed must be zero there."""
+        """Arc lengths at which direction or curvature jumps. With limited jerk the feed must be zero there."""
         knots = self.knots_mm[1:-1]
         before, after = self.derivatives(knots, side=-1), self.derivatives(knots, side=1)
         turns = np.linalg.norm(after[0] - before[0], axis=1) > _JUMP
@@ -126,7 +129,7 @@ class Path:
     def derivatives(self, s_mm: npt.ArrayLike, *, side: int = 1) -> tuple[Floats, Floats, Floats]:
         """Return the first three derivatives by arc length, each (n, dimensions): no unit, 1/mm, 1/mm².
 
-        ``side``: -1, what holds just before a knot; +1, just behind it.
+        At a knot ``side`` = -1 gives the limit from before, +1 the limit from behind.
 
         Raises
         ------
@@ -144,7 +147,7 @@ class Path:
         return np.asarray(np.linalg.norm(second, axis=1))
 
     def feed_limit_mm_s(self, s_mm: npt.ArrayLike, *, side: int = 1) -> Floats:
-        """Return the most that the feed may be (n,), by the F words of the program; infinite where there is none."""
+        """Return the largest feed allowed (n,) by the F words of a program; infinite where none applies."""
         where = self._within(s_mm)
         if self.feed_limits is None:
             return np.full(where.size, np.inf)

@@ -17,9 +17,9 @@ Floats = npt.NDArray[np.float64]
 TRAVEL_MM = 1200.0
 """Travel of both axes in Erwinski et al. 2019, section 5: random control points lie in this square."""
 SHARPEST_TURN = math.radians(135.0)
-"""Turn of the control polygon above which a random point is drawn again: beyond, the curve all but reverses."""
+"""Largest turn of the control polygon: beyond it the curve almost reverses."""
 SHORTEST_LEG = 0.15
-"""Least distance of neighbouring random points, in sides of the box."""
+"""Smallest distance of neighbouring control points, as a part of the box."""
 
 
 def butterfly(width_mm: float = TRAVEL_MM, *, tolerance_mm: float = 1e-3) -> Path:

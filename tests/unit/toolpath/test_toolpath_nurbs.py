@@ -83,7 +83,7 @@ BAD = {
     "four dimensions": ({"control_points": [[1, 1, 1, 1], [0, 0, 0, 0], [2, 2, 2, 2]]}, "x, y"),
     "ragged": ({"control_points": [[1, 1], [0], [2, 2]]}, "equal length"),
     "words": ({"control_points": [["1", "2"], [0, 0], [2, 2]]}, "numbers"),
-    "not rows": ({"control_points": 5}, "numbers"),
+    "not rows": ({"control_points": 5}, "rows .x, y."),
     "far": ({"control_points": [[0, 0], [1e9, 0], [1, 1]]}, "1e.09"),
     "huge": ({"control_points": [[0, 0], [10**400, 0], [1, 1]]}, "numbers"),
     "degree": ({"degree": 0}, "degree: 0 is too small"),
@@ -131,7 +131,11 @@ def test_a_file_is_read_as_written_and_others_are_refused(tmp_path):
         [[0, 0], [1, 1], [2, 2], [1, 1.0]],  # turns back on itself
     ],
 )
-def test_a_cusp_within_a_span_is_no_path(points):
+def test_a_cusp_within_a_span_is_no_path(tmp_path, points):
+    file = tmp_path / "cusp.json"
+    file.write_text(json.dumps({"degree": 3, "knots": [0] * 4 + [1] * 4, "control_points": points}))
+    with pytest.raises(FileFormatError, match=r"cusp.json: the curve has a cusp or coincident control points"):
+        read_path(str(file))
     curve = Nurbs(degree=3, knots=[0] * 4 + [1] * 4, control_points_mm=points)
     with pytest.raises(RtecError, match="cusp"):
         Path(name="cusp", curve=curve)
