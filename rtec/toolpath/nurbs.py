@@ -24,6 +24,8 @@ MOST_BYTES = 1 << 24
 LARGEST_MM = 1e5
 """Largest coordinate: up to here a float64 resolves better than 1e-10 mm."""
 WEIGHTS = (1e-6, 1e6)
+MOST_UNEVEN = 1e4
+"""Largest ratio of two weights: beyond it, the speed by the parameter varies by more than 1e8 within a span."""
 SHORTEST_SPAN = 1e-9
 """Smallest distance of different knots, as a part of their range."""
 _KEYS = ("degree", "knots", "weights", "control_points")
@@ -43,7 +45,7 @@ class Nurbs:
     control_points_mm
         (points, 2) or (points, 3).
     weights
-        (points,) 1e-6 to 1e6; None: all 1.
+        (points,) 1e-6 to 1e6, the largest at most 10 000 times the smallest; None: all 1.
 
     Raises
     ------
@@ -158,6 +160,9 @@ def _weights(values: npt.ArrayLike | None, count: int) -> Floats:
     weights = np.ones(count) if values is None else _numbers("weights", values, *WEIGHTS, "")
     if weights.shape != (count,):
         raise ArgumentError("weights", f"an array of shape {weights.shape}", f"{count}, one for each control point")
+    if weights.max() > MOST_UNEVEN * weights.min():
+        found = f"{weights.min():g} to {weights.max():g}"
+        raise ArgumentError("weights", found, f"a ratio of at most {MOST_UNEVEN:g}", problem="differ too much")
     return weights
 
 

@@ -78,6 +78,7 @@ BAD = {
     "repeated": ({"knots": [0, 0, 0, 0, 1, 1]}, "0 stands 4 times"),
     "zero weight": ({"weights": [1, 0, 1]}, "weights, number 2: 0"),
     "negative weight": ({"weights": [1, 1, -2]}, "weights, number 3: -2"),
+    "uneven weights": ({"weights": [1, 20000, 1]}, "1 to 20000 differ too much"),
     "weights missing": ({"weights": [1, 1]}, "3, one for each"),
     "one place": ({"control_points": [[1, 1]] * 3}, "coincide"),
     "four dimensions": ({"control_points": [[1, 1, 1, 1], [0, 0, 0, 0], [2, 2, 2, 2]]}, "x, y"),
@@ -121,6 +122,16 @@ def test_a_file_is_read_as_written_and_others_are_refused(tmp_path):
     file.write_bytes(b" " * (1 << 24) + b"{}")
     with pytest.raises(FileFormatError, match="at most 16777216 bytes"):
         read_path(str(file))
+
+
+def test_the_most_uneven_weights_still_make_a_path():
+    points = [[0, 0], [100, 300], [200, 0], [300, 300], [400, 0]]
+    curve = Nurbs(degree=3, knots=[0, 0, 0, 0, 1, 2, 2, 2, 2], control_points_mm=points, weights=[1, 1, 1e4, 1, 1])
+    path = Path(name="uneven", curve=curve)
+    s = np.linspace(0.0, path.length_mm, 100_001)
+    chords = np.linalg.norm(np.diff(path.points(s), axis=0), axis=1)
+    assert chords.max() < path.length_mm / 100_000 + 1e-9
+    assert chords.sum() == pytest.approx(path.length_mm, rel=1e-6)
 
 
 @pytest.mark.parametrize(
