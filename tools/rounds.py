@@ -272,7 +272,7 @@ class _HourJob:
 def hours(games: int, seed: int, workers: int) -> list[str]:
     """Return what an hour is worth as a table of Markdown."""
     found = [
-        "| game | games | TIED at first | told apart after an hour | standard errors over those of repeating, median |",
+        "| game | games | TIED at first | told apart after an hour | errors over those of repeating, median |",
         "|---|---|---|---|---|",
     ]
     lines = [(pair.title, pair.games) for pair in the_pairs()]
@@ -289,9 +289,8 @@ def hours(games: int, seed: int, workers: int) -> list[str]:
         ratios = [ratio for one in played_ for ratio in one.ratios]
         share = _share(sum(one.told_apart for one in tied), len(tied)) if tied else ""
         median = f"{float(np.median(ratios)):.2f}" if ratios else ""
-        found.append(
-            f"| {title} | {len(jobs)} ({len(jobs) - len(played_)} without a plan) | {len(tied)} | {share} | {median} |"
-        )
+        gone = f"({len(jobs) - len(played_)} without a plan)"
+        found.append(f"| {title} | {len(jobs)} {gone} | {len(tied)} | {share} | {median} |")
         sys.stderr.write(found[-1] + "\n")
     return found
 

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Amplitude, Card, Effect, Over, Quantity, Shape, Units, own_shape, parameter
-from rtec.effects.quantities import is_slow, meant, missing, quantity_of, unit_of
+from rtec.effects.quantities import PHASES, is_slow, meant, missing, quantity_of, unit_of
 from rtec.errors import ArgumentError
 
 PREFIX = "curve"
 """Name of the effect, and what stands in front of what a curve is over: ``curve:velocity``."""
-_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40)
+_COUNTS = (4, 5, 6, 7, 8, 10, 12, 14, 17, 20, 24, 28, 34, 40, 50, 60, 80)
 """Nodes that are tried of a curve over one quantity."""
-_GRIDS = ((4, 4), (6, 4), (10, 5), (14, 7))
-"""Nodes that are tried of a surface over two."""
+_SIDES = (2, 4, 6, 10, 17, 28, 40)
+"""Nodes that are tried along each side of a surface over two."""
+_MOST_NODES = 200
+"""Of a surface."""
 _VALUES_A_NODE = 1.6
 """Distinct values of a quantity that a node needs at least: what is left has to show whether the curve fits."""
+_MOST_IN_A_PERIOD = 12
+"""Nodes over the phase of a period: with more it follows each target, as the phases of targets are scattered."""
+_REPEATS, _MOST_IN_TABLE = 4.0, 170
+"""Readings of each value of a quantity from which a node stands at each as well, and most of such values."""
+_REACH = 2.0
+"""Nodes over which a curve is correlated beforehand."""
+_MOST_RUNS = 12
+"""Runs that have a node each."""
 _CROWDED = frozenset({"velocity", "acceleration", "since_reversal"})
 """What happens near zero matters most: nodes stand closer there, at the squares of even steps."""
 _BY = {"position": Over.POSITION, "velocity": Over.VELOCITY, "acceleration": Over.ACCELERATION,
@@ -62,8 +74,8 @@ class Curve(Effect):
     Examples
     --------
     >>> c = Conditions(position=np.array([0.0, 5.0, 10.0]), position_unit="mm", run=np.ones(3, dtype=np.int64))
-    >>> Curve("position").contribution(c, CurveShape("position", nodes=(0.0, 10.0)), [0.0, 0.004]).tolist()
-    [0.0, 0.002, 0.004]
+    >>> Curve("position").contribution(c, CurveShape("position", nodes=(0.0, 10.0)), [0.0, 0.004]).round(5).tolist()
+    [0.0, 0.00124, 0.00248]
     """
 
     name = PREFIX
@@ -111,31 +123,33 @@ class Curve(Effect):
             return "one direction only"
         return None if self.shapes(conditions) else f"too few values of {' and '.join(self.quantities)}"
 
-    def shapes(self, conditions: Conditions) -> Sequence[Shape]:
+    def shapes(self, conditions: Conditions) -> Sequence[CurveShape]:
         """Return nodes to try, from few to many."""
         if not self.quantities or any(quantity_of(conditions, name) is None for name in self.quantities):
             return ()
-        most = [int(_distinct(conditions, name) / _VALUES_A_NODE) for name in self.quantities]
         each = conditions.rows / (6.0 if self.by_direction else 3.0)
+        ladders = [
+            _ladder(conditions, name, _COUNTS if len(self.quantities) == 1 else _SIDES) for name in self.quantities
+        ]
         if len(self.quantities) == 1:
             (over,) = self.quantities
-            counts = [n for n in _COUNTS if n <= most[0] and n <= each]
-            return [
-                CurveShape(over, by_direction=self.by_direction, nodes=_nodes(conditions, over, n)) for n in counts
-            ]
+            every = [_nodes(conditions, over, n) for n in ladders[0] if n <= each]
+            if over not in PHASES and 2 <= _distinct(conditions, over) <= min(each / _REPEATS * 3.0, _MOST_IN_TABLE):
+                every.append(_values(conditions, over))
+            return [CurveShape(over, by_direction=self.by_direction, nodes=nodes) for nodes in every]
         over, across = self.quantities
-        grids = {(min(a, most[0]), min(b, most[1])) for a, b in _GRIDS}
+        grids = itertools.product(*ladders)
         return [
             CurveShape(over, across, self.by_direction, _nodes(conditions, over, a), _nodes(conditions, across, b))
-            for a, b in sorted(grids)
-            if min(a, b) >= 2 and a * b <= each
+            for a, b in sorted(grids, key=lambda grid: (grid[0] * grid[1], grid))
+            if a * b <= min(each, _MOST_NODES)
         ]
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
         return self.shapes(conditions)
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
-        """Return the splines that are 1 at one node, shape (rows, nodes); of two quantities their products."""
+        """Return smooth columns that span the splines through the nodes; of two quantities their products."""
         own = own_shape(shape, CurveShape)
         needed = [own.over, *([own.across] if own.across else []), *(["direction"] if own.by_direction else [])]
         values = {name: self._needed(quantity_of(conditions, name), meant(name)) for name in needed}
@@ -145,24 +159,51 @@ class Curve(Effect):
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
         own = own_shape(shape, CurveShape)
         count = max(len(own.nodes), 1) * max(len(own.nodes_across), 1) * (2 if own.by_direction else 1)
-        return tuple(Amplitude(f"at_{k + 1}", *units.shown) for k in range(count))
+        return tuple(Amplitude(f"part_{k + 1}", *units.shown) for k in range(count))
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return the number of nodes, and the difference of the largest and the least value at them."""
-        unit, factor = units.shown
-        return ("nodes", float(len(amplitudes)), ""), ("peak_to_peak", factor * float(np.ptp(amplitudes)), unit)
+        own, (unit, factor) = own_shape(shape, CurveShape), units.shown
+        grid = [np.asarray(nodes or (0.0,)) for nodes in (own.nodes, own.nodes_across)]
+        at, across = (values.ravel() for values in np.meshgrid(*grid, indexing="ij"))
+        ways = (1.0, -1.0) if own.by_direction else (0.0,)
+        values = [curve_columns(own, at, across, np.full(at.size, way)) @ np.asarray(amplitudes) for way in ways]
+        return ("nodes", float(len(amplitudes)), ""), ("peak_to_peak", factor * float(np.ptp(values)), unit)
 
 
 def curve_columns(shape: CurveShape, at: Floats, across: Floats, way: Floats) -> Floats:
-    """Return the columns of a curve at values of its quantities and directions, shape (rows, nodes).
+    """Return the columns of a curve at values of its quantities and directions, shape (rows, amplitudes).
 
     Beyond the outer nodes a curve stays what it is there.
     """
-    table = smooth_columns(np.clip(at, shape.nodes[0], shape.nodes[-1]), shape.nodes)
+    table = _along(shape.over, shape.nodes, at)
     if shape.across:
-        other = smooth_columns(np.clip(across, shape.nodes_across[0], shape.nodes_across[-1]), shape.nodes_across)
+        other = _along(shape.across, shape.nodes_across, across)
         table = (table[:, :, None] * other[:, None, :]).reshape(at.size, -1)
     return np.hstack([table, table * way[:, None]]) if shape.by_direction else table
+
+
+def _along(name: str, nodes: tuple[float, ...], at: Floats) -> Floats:
+    """Return the columns of a curve over one quantity, shape (rows, nodes)."""
+    table = smooth_columns(np.clip(at, nodes[0], nodes[-1]), nodes)
+    return table if name == "run" else table @ _root(len(nodes))
+
+
+@lru_cache
+def _root(count: int) -> Floats:
+    """Return the root of the covariance of neighbouring nodes, shape (count, count).
+
+    Amplitudes are held towards zero each by itself; through this a curve is held towards its neighbourhood instead,
+    where nothing was measured as well.
+
+    References
+    ----------
+    C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equation 4.17: Matern's
+    covariance of order 3/2.
+    """
+    apart = np.sqrt(3.0) * np.abs(np.subtract.outer(np.arange(count), np.arange(count))) / _REACH
+    root: Floats = np.linalg.cholesky((1.0 + apart) * np.exp(-apart))
+    return root
 
 
 def axis_label(conditions: Conditions, name: str) -> str:
@@ -171,9 +212,22 @@ def axis_label(conditions: Conditions, name: str) -> str:
     return f"{name.replace('_', ' ')} ({unit})" if unit else name.replace("_", " ")
 
 
-def _distinct(conditions: Conditions, name: str) -> int:
+def _values(conditions: Conditions, name: str) -> tuple[float, ...]:
     values = quantity_of(conditions, name)
-    return 0 if values is None else int(np.unique(values[np.isfinite(values)]).size)
+    return () if values is None else tuple(np.unique(values[np.isfinite(values)]).tolist())
+
+
+def _distinct(conditions: Conditions, name: str) -> int:
+    return len(_values(conditions, name))
+
+
+def _ladder(conditions: Conditions, name: str, counts: Sequence[int]) -> list[int]:
+    """Return the numbers of nodes to try over a quantity; over the run one for each."""
+    distinct = _distinct(conditions, name)
+    if name == "run":
+        return [distinct] if 2 <= distinct <= _MOST_RUNS else []
+    most = min(distinct / _VALUES_A_NODE, _MOST_IN_A_PERIOD if name in PHASES else np.inf)
+    return [n for n in counts if n <= most]
 
 
 def _nodes(conditions: Conditions, name: str, count: int) -> tuple[float, ...]:

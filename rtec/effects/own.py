@@ -29,6 +29,8 @@ _STEP = 0.9
 """Cosine between neighbours of a scan at least: what lies between two is then missed by 3 % of its size at most."""
 _FEWEST, _MOST, _MOST_OF_ONE = 3, 4000, 513
 """Shapes of a scan: of a parameter at least, of all together and of one parameter at most."""
+_LOOKS = 33
+"""Values of a parameter at which is looked where it shows, and least of a scan of one that shows in places only."""
 _ROWS = 2000
 """Rows on which the scan's steps are chosen."""
 _LEAST_CHANGE = 1e-9
@@ -161,12 +163,15 @@ class FunctionEffect(Effect):
         return self._grids[conditions]
 
     def _searched(self, thin: Conditions) -> tuple[tuple[Floats, ...], tuple[Shape, ...]]:
-        counts = {name: self._steps(thin, name) for name in self.bounds}
+        shown, counts = {}, {}
+        for name in self.bounds:
+            shown[name], counts[name] = self._steps(thin, name)
         while math.prod(counts.values()) > _MOST:
             most = max(counts, key=lambda name: counts[name])
             counts[most] = max(counts[most] * 3 // 4, 2)
         ladders = {
-            name: np.array([self.bounds[name].at(s) for s in np.linspace(0.0, 1.0, n)]) for name, n in counts.items()
+            name: np.array([self.bounds[name].at(s) for s in np.linspace(*shown[name], counts[name]).tolist()])
+            for name in self.bounds
         }
         every = [
             self.shape_type(**dict(zip(ladders, values, strict=True)))
@@ -179,26 +184,47 @@ class FunctionEffect(Effect):
                 seen.append(shape)
         return tuple(ladders.values()), tuple(seen)
 
-    def _steps(self, thin: Conditions, name: str) -> int:
-        """Return how many values of one parameter a scan needs beside settings of the others."""
+    def _steps(self, thin: Conditions, name: str) -> tuple[tuple[float, float], int]:
+        """Return the part of a parameter's bounds that shows, as shares, and how many values a scan needs there.
+
+        Both beside settings of the others. Bounds may be far wider than what was measured.
+        """
         others = [key for key in self.bounds if key != name]
         settings = list(itertools.islice(itertools.product((0.5, 0.05, 0.95), repeat=len(others)), 9))
+        rests = [{key: self.bounds[key].at(s) for key, s in zip(others, one, strict=True)} for one in settings]
+        ends = self._shown(thin, name, rests)
         count = _FEWEST
         while count < _MOST_OF_ONE:
-            if all(self._close(thin, name, count, dict(zip(others, s, strict=True))) for s in settings):
-                return count
+            if all(self._close(thin, name, np.linspace(*ends, count), rest) for rest in rests):
+                break
             count = 2 * count - 1
-        return count
+        return ends, count
 
-    def _close(self, thin: Conditions, name: str, count: int, others: Mapping[str, float]) -> bool:
-        rest = {key: self.bounds[key].at(share) for key, share in others.items()}
-        table = np.array([
-            self._column(thin, self.shape_type(**{name: self.bounds[name].at(share)}, **rest))
-            for share in np.linspace(0.0, 1.0, count)
-        ])  # fmt: skip
+    def _shown(self, thin: Conditions, name: str, rests: Sequence[Mapping[str, float]]) -> tuple[float, float]:
+        """Return between which shares of its bounds a parameter changes anything; all where that is nowhere."""
+        count = _LOOKS
+        while count <= _MOST_OF_ONE:
+            shares = np.linspace(0.0, 1.0, count)
+            seen = [np.ptp(self._table(thin, name, shares, rest), axis=1) > 0.0 for rest in rests]
+            places = np.flatnonzero(np.any(seen, axis=0))
+            if places.size:
+                return float(shares[max(places[0] - 1, 0)]), float(shares[min(places[-1] + 1, count - 1)])
+            count = 4 * count - 3
+        return 0.0, 1.0
+
+    def _table(self, thin: Conditions, name: str, shares: Floats, rest: Mapping[str, float]) -> Floats:
+        """Return what it adds at shares of one parameter's bounds, shape (shares, rows)."""
+        values = [self.bounds[name].at(share) for share in shares.tolist()]
+        return np.array([self._column(thin, self.shape_type(**{name: value}, **rest)) for value in values])
+
+    def _close(self, thin: Conditions, name: str, shares: Floats, rest: Mapping[str, float]) -> bool:
+        table = self._table(thin, name, shares, rest)
         table = table - table.mean(axis=1, keepdims=True)
         length = np.sqrt((table**2).sum(axis=1))
-        seen = (length[1:] > 0.0) & (length[:-1] > 0.0)
+        shows = length > 0.0
+        if shares.size < _LOOKS and (shows[1:] != shows[:-1]).any():  # what shows between two must not be passed over
+            return False
+        seen = shows[1:] & shows[:-1]
         cosine = (table[1:] * table[:-1]).sum(axis=1)[seen] / (length[1:] * length[:-1])[seen]
         return bool((np.abs(cosine) >= _STEP).all())
 

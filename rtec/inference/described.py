@@ -18,6 +18,8 @@ BAND = 2.0
 WITHIN = 0.95
 """Share of the places at which a description has to stay within the band."""
 _MOST_DESCRIPTIONS = 3
+_CLOSE = 1e-5
+"""Share by which a fit may still change: two digits are said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +71,14 @@ def descriptions(
         best = None
         for start in form.starts(u, values):
             with np.errstate(all="ignore"):
-                fit = least_squares(lambda p, f=form: off(f.function(u, *p)) * np.sqrt(count), start, max_nfev=200)
+                fit = least_squares(
+                    lambda p, f=form: off(f.function(u, *p)) * np.sqrt(count),
+                    start,
+                    method="lm",  # a third of the time
+                    xtol=_CLOSE,
+                    ftol=_CLOSE,
+                    max_nfev=400,
+                )
             best = fit if best is None or fit.cost < best.cost else best
         if best is not None and float(weights[np.abs(off(form.function(u, *best.x))) <= 1.0].sum()) >= WITHIN:
             found.append(form.words([*map(float, best.x), float(at[0]), span], *units))

@@ -20,6 +20,7 @@ from rtec.effects.protocol import own_shape
 from rtec.effects.quantities import quantity_of, unit_of
 from rtec.inference.answer import EQUAL
 from rtec.inference.chessboard import board_of, gain_between, held_out_residual
+from rtec.inference.colour import Colour
 from rtec.inference.described import descriptions
 from rtec.inference.finding import Finding
 from rtec.inference.model import Model, Term
@@ -29,13 +30,13 @@ from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import Choice
 
-_CLOSER = 8
-"""Curves that are scored with a noise of their own, of all that are looked at under the noise of the model before."""
 _INSIDE = 1e-6
 """Share of an effect that a curve may miss where it can say all that the effect does."""
-_PROMISING, _FEW = 4, 3
+_PROMISING, _FEW = 5, 4
 """Curves of which all nodes are tried, and of how many nodes each is looked at first."""
-_PAIRED = ("position", "time", "velocity", "load")
+_ROUNDS = 3
+"""Times the nodes of a curve are looked at, each beside a noise that knows the curve better."""
+_PAIRED = ("position", "time", "velocity", "load", "run")
 _MOST_HEAT = 3
 _SAME_PLACE = 0.02
 """Of the span, by which passes may begin at other places and still go from end to end."""
@@ -54,12 +55,13 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
     judge, dataset = Judge(found.scout.space), found.scout.space.dataset
     begun = [c for c in found.scouted.choices if not isinstance(c[0], Probe) and c[0].name != Curve.name]
     before = judge.score(begun)
-    few = {curve: _looked(judge, before, found.search.given, curve, coarse=True) for curve in curves_for(dataset)}
+    given, board = found.search.given, board_of(dataset)
+    few = {
+        curve: max((_looked(judge, before, near, given, curve, coarse=True) for near in _noises(before)), key=_first)
+        for curve in curves_for(dataset)
+    }
     promising = sorted((curve for curve in few if few[curve]), key=lambda curve: -few[curve][0][0])[:_PROMISING]
-    looked = [one for curve in promising for one in _looked(judge, before, found.search.given, curve)]
-    looked.sort(key=lambda item: -item[0])
-    board = board_of(dataset)
-    closer = [judge.score(choices, before) for _, choices in looked[:_CLOSER]]
+    closer = [_closest(judge, before, few[curve][0][1], given, curve) for curve in promising]
     most = max(map(_score, closer), default=0.0)
     # of curves that do as well the one with fewer effects beside it
     for best in sorted(closer, key=lambda m: (m.score < most - EQUAL, len(m.choices), -m.score)):
@@ -72,18 +74,48 @@ def learned_curve(found: Finding) -> LearnedCurve | None:
     return None
 
 
+def _closest(
+    judge: Judge, before: Scored, choices: Sequence[Choice], given: Sequence[Choice], curve: Curve
+) -> Scored:
+    """Return the best model with a curve: each number of nodes is looked at under the noise of the best so far."""
+    best = judge.score(choices, before)
+    for _ in range(_ROUNDS):
+        looked = [_looked(judge, before, near, given, curve)[0] for near in _noises(best)]
+        better = max((judge.score(choices, best) for _, choices in looked), key=_score)
+        if better.score <= best.score:
+            break
+        best = better
+    return best
+
+
+def _noises(model: Scored) -> tuple[Scored, Scored]:
+    """Return a model with its noise, and with white noise: what a curve lacks passes for slow noise otherwise."""
+    return model, replace(model, colour=Colour())
+
+
 def _looked(
-    judge: Judge, before: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
+    judge: Judge, before: Scored, near: Scored, given: Sequence[Choice], curve: Curve, *, coarse: bool = False
 ) -> list[tuple[float, list[Choice]]]:
-    """Return scores under the noise of the model before, and models with a curve, best first; or a few of them."""
+    """Return scores under the noise of a model, and the model before with a curve, best first; or a few of them."""
     kept = [[c for c in before.choices if c in given or not over(c, curve)] for over in (_same_map, _same_form)]
     shapes = curve.shapes(judge.space.dataset.conditions)
     found = []
     for beside in kept[: 1 if kept[0] == kept[1] else 2]:
-        for shape in shapes[:: max(1, len(shapes) // _FEW)] if coarse else shapes:
+        for shape in _few_of(shapes) if coarse else shapes:
             choices: list[Choice] = [*beside, (curve, shape)]
-            found.append((judge.quickly(choices, before), choices))
+            found.append((judge.quickly(choices, near), choices))
     return sorted(found, key=lambda item: -item[0])
+
+
+def _few_of(shapes: Sequence[CurveShape]) -> Sequence[CurveShape]:
+    """Return some of the numbers of nodes; of two quantities every other one along each of them."""
+    if not shapes or not shapes[0].across:
+        return [*shapes[: -1 : max(1, len(shapes) // _FEW)], *shapes[-1:]]
+    one, two = (
+        {len(nodes) for nodes in sides} for sides in zip(*((s.nodes, s.nodes_across) for s in shapes), strict=True)
+    )
+    kept = [set(sorted(counts)[:: 2 if len(counts) > 2 else 1]) for counts in (one, two)]
+    return [s for s in shapes if len(s.nodes) in kept[0] and len(s.nodes_across) in kept[1]]
 
 
 def curves_for(dataset: Dataset) -> list[Curve]:
@@ -105,10 +137,14 @@ def curves_for(dataset: Dataset) -> list[Curve]:
               if quantity_of(c, name) is not None]  # fmt: skip
     single += [*heat, *others, *_phases(c)]
     gone = [] if _is_place(c) else ["since_reversal"]
-    texts = [*single, *(f"{name}*direction" for name in ("position", *gone, "time", *_phases(c), *heat))]
+    by_way = ("position", *gone, "time", "run", *_phases(c), *heat, *others)
+    texts = [*single, *(f"{name}*direction" for name in by_way)]
     paired = [name for name in (*_PAIRED, *gone) if quantity_of(c, name) is not None] + heat + others[:_MOST_HEAT]
     for one, two in itertools.combinations(paired, 2):
-        texts += [f"{one}*{two}", f"{one}*{two}*direction"]
+        if "run" not in (one, two):
+            texts += [f"{one}*{two}", f"{one}*{two}*direction"]
+        elif "time" not in (one, two) and c.both_directions:  # another map in each pass is what noise is like, too
+            texts.append(f"{one}*{two}")
     texts += [
         f"{phase}*{slow}" for phase in _phases(c) for slow in ("time", *heat) if quantity_of(c, slow) is not None
     ]
@@ -142,6 +178,10 @@ def _is_place(c: Conditions) -> bool:
         for way in (1.0, -1.0)
         if (rows := c.direction == way).any()
     )
+
+
+def _first(looked: Sequence[tuple[float, list[Choice]]]) -> float:
+    return looked[0][0] if looked else -math.inf
 
 
 def _score(model: Scored) -> float:

@@ -166,7 +166,8 @@ def _feeds(plan: ExperimentPlan) -> list[tuple[float, ...]]:
 
 def _shapes_of(plan: ExperimentPlan, feeds: tuple[float, ...]) -> Iterator[ExperimentPlan]:
     if plan.in_motion:
-        for strokes, moves in itertools.product(Strokes, sorted({20, 60, max(plan.targets, 20)})):
+        kinds = (Strokes.FULL,) if plan.rotary else tuple(Strokes)  # whole turns show an arm in every pose
+        for strokes, moves in itertools.product(kinds, sorted({20, 60, max(plan.targets, 20)})):
             yield from _tried(plan, feeds_mm_s=feeds, strokes=strokes, targets=moves, passes=Passes.BOTH)
         return
     spacings = dict.fromkeys((plan.spacing, Spacing.EVEN, Spacing.DENSE_AT_ENDS))
@@ -221,8 +222,9 @@ class _Expected:
         return errors[1:]
 
     def complete(self, before: _Expected) -> bool:
-        """Return whether the plan shows everything that repeating shows."""
-        return bool((np.isfinite(self.errors) | ~np.isfinite(before.errors)).all())
+        """Return whether the plan shows everything that repeating shows; and where nothing is tied, as sharply."""
+        enough = np.inf if self.nats else before.errors
+        return bool(((np.isfinite(self.errors) & (self.errors <= enough)) | ~np.isfinite(before.errors)).all())
 
     def key(self, before: _Expected) -> tuple[float, float]:
         """Return how good the plan is, the less the better: what it leaves tied, then how sharp it is."""

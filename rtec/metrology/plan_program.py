@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from rtec.metrology.experiment_plan import ExperimentPlan, Passes, Spacing, Strokes
 
-_SHORTEST, _LONGEST = 0.1, 0.9
-"""Of the span, of short strokes."""
+_STROKE_S, _SHORTEST_MM = (0.4, 0.8), 3.0
+"""How long a short stroke takes, and its least length."""
 
 
 class PlannedReading(NamedTuple):
@@ -63,22 +63,29 @@ def readings_of_plan(plan: ExperimentPlan) -> Iterator[PlannedReading]:
 
 def _strokes(plan: ExperimentPlan) -> Iterator[PlannedReading]:
     begin, end = plan.start_mm, plan.end_mm
-    lengths = plan.span_mm * np.random.default_rng(0).uniform(_SHORTEST, _LONGEST, plan.targets)
+    lasts = np.random.default_rng(0).uniform(*_STROKE_S, plan.targets)
     for run in range(1, plan.runs + 1):
         at = begin
         if plan.strokes is Strokes.FULL:
-            for feed in plan.feeds_mm_s:
-                for target in (end, begin) if plan.passes is Passes.BOTH else (end,):
-                    yield PlannedReading(run, 1 if target > at else -1, target, feed, True)
-                    at = target
-            continue
-        for k, length in enumerate(lengths.tolist()):
-            forward = at + length <= end and (k % 2 == 0 or at - length < begin)
-            target = min(at + length, end) if forward else max(at - length, begin)
-            if target != at:
-                feed = plan.feeds_mm_s[k % len(plan.feeds_mm_s)]
+            ways = ((feed, target) for feed in plan.feeds_mm_s for target in (end, begin))
+        else:
+            ways = _short(plan, lasts)
+        for feed, target in ways:
+            if target != at and (plan.passes is Passes.BOTH or target > at):
                 yield PlannedReading(run, 1 if target > at else -1, target, feed, True)
                 at = target
+
+
+def _short(plan: ExperimentPlan, lasts: NDArray[np.float64]) -> Iterator[tuple[float, float]]:
+    """Yield feed and end of strokes to and fro that take about as long, the feeds in turn."""
+    at, way = plan.start_mm, 1
+    for k, seconds in enumerate(lasts.tolist()):
+        feed = plan.feeds_mm_s[k % len(plan.feeds_mm_s)]
+        length = min(max(feed * seconds, _SHORTEST_MM), plan.span_mm)
+        way = way if plan.start_mm <= at + way * length <= plan.end_mm else -way
+        at = min(max(at + way * length, plan.start_mm), plan.end_mm)
+        yield feed, at
+        way = -way if k % 3 else way
 
 
 def plan_csv(plan: ExperimentPlan) -> Iterator[str]:

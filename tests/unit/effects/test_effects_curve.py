@@ -1,72 +1,38 @@
-"""Curves over anything: their columns draw smooth functions, and only over what the data have."""
+"""Curves learned of one quantity or two: their nodes, and what they report."""
 
 import numpy as np
 import pytest
 
-from rtec.effects import LIBRARY, Conditions
-from rtec.effects.curve import Curve
-from rtec.errors import ArgumentError
-
-N = 400
-RNG = np.random.default_rng(3)
-VELOCITY = RNG.uniform(-60.0, 60.0, N)
-PLACE = RNG.uniform(0.0, 300.0, N)
-WAY = np.sign(VELOCITY)
-DATA = Conditions(
-    position=PLACE, position_unit="mm", run=np.ones(N, dtype=np.int64), velocity=VELOCITY, direction=WAY,
-    time_s=np.arange(N) * 2.0, others={"oil_level": RNG.uniform(0.0, 1.0, N)},
-)  # fmt: skip
+from rtec.effects import Conditions
+from rtec.effects.curve import Curve, CurveShape
 
 
-def left(curve, values):
-    """Return the smallest share of the variance that any shape of a curve leaves."""
-    found = []
-    for shape in curve.shapes(DATA):
-        columns = np.column_stack([curve.columns(DATA, shape), np.ones(N)])
-        rest = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
-        found.append(float(np.var(rest) / np.var(values)))
-    return min(found)
+def conditions(**more):
+    x = np.tile(np.linspace(0.0, 100.0, 21), 4)
+    return Conditions(position=x, position_unit="mm", run=np.repeat([1, 2, 3, 4], 21), **more)
 
 
-@pytest.mark.parametrize(
-    ("text", "values"),
-    [
-        ("velocity", VELOCITY * np.abs(VELOCITY)),
-        ("position", np.sin(PLACE / 60.0)),
-        ("position*direction", np.where(WAY > 0, np.sin(PLACE / 60.0), np.cos(PLACE / 90.0))),
-        ("position*time", np.sin(PLACE / 100.0) * np.exp(-DATA.time_s / 400.0)),
-        ("oil_level", DATA.others["oil_level"] ** 2),
-    ],
-)
-def test_a_curve_draws_what_depends_on_its_quantities(text, values):
-    assert left(Curve(text), values) < 0.003
-    assert left(Curve("time"), values) > 0.3 or "time" in text
+def test_a_curve_may_have_a_node_at_each_value_that_is_read_often():
+    ladder = [len(shape.nodes) for shape in Curve("position").shapes(conditions())]
+    assert max(ladder) == 21
+    assert max(len(shape.nodes) for shape in Curve("time").shapes(conditions(time_s=np.arange(84.0)))) < 40
 
 
-def test_a_curve_by_name():
-    assert LIBRARY.named("curve:position*direction").text == "position*direction"
-    assert "curve" not in LIBRARY
-    with pytest.raises(ArgumentError, match="one quantity or two"):
-        LIBRARY.named("curve:position*time*velocity")
+def test_a_curve_over_a_phase_is_a_form_of_few_nodes():
+    found = Curve("phase_of_pitch").shapes(conditions(screw_pitch=np.pi))
+    assert max(len(shape.nodes) for shape in found) == 12
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("", "over something"),
-        ("pressure", "no pressure"),
-        ("acceleration", "no moving data"),
-        ("run", "never changes"),
-    ],
-)
-def test_what_the_data_lack(text, says):
-    assert says in Curve(text).untestable(DATA)
+def test_the_run_has_a_node_each():
+    found = Curve("position*run").shapes(conditions())
+    assert {shape.nodes_across for shape in found} == {(1.0, 2.0, 3.0, 4.0)}
 
 
-def test_beyond_its_nodes_a_curve_stays_what_it_is():
-    curve = Curve("velocity")
-    shape = curve.shapes(DATA)[-1]
-    far = Conditions(position=np.zeros(2), position_unit="mm", run=np.ones(2, dtype=np.int64),
-                     velocity=np.array([shape.nodes[-1], 1e6]))  # fmt: skip
-    at_end, beyond = curve.columns(far, shape)
-    assert at_end == pytest.approx(beyond)
+@pytest.mark.parametrize("by_direction", [False, True])
+def test_the_height_of_a_curve_is_that_of_its_values(by_direction):
+    c = conditions(direction=np.tile(np.repeat([1.0, -1.0], 21), 2))
+    shape = CurveShape("position", by_direction=by_direction, nodes=tuple(np.linspace(0.0, 100.0, 21).tolist()))
+    amplitudes = np.random.default_rng(0).normal(size=42 if by_direction else 21)
+    values = Curve("position").contribution(c, shape, amplitudes)
+    units = type("Units", (), {"shown": ("um", 1.0)})
+    assert Curve("position").summary(shape, amplitudes, units)[1][1] == pytest.approx(np.ptp(values))

@@ -180,3 +180,22 @@ def test_files_that_are_none(tmp_path):
     (tmp_path / "mine.txt").write_text("")
     with pytest.raises(ArgumentError, match="is no Python file"):
         library_of_file(tmp_path / "mine.txt")
+
+
+@rtec.effect(over="temperature")
+def snap(temperature, *, at: rtec.Within(0, 1000, "degC")):
+    "A joint that snaps at some temperature."
+    return np.where(temperature > at, 1.0, 0.0)
+
+
+def test_a_scan_finds_what_shows_in_a_small_part_of_the_bounds_only():
+    warm = conditions(temperatures={"temperature": np.linspace(20.0, 24.0, X.size)})
+    places = [shape.at for shape in snap.shapes(warm)]
+    assert len(places) >= 20
+    assert min(places) < 20.5
+    assert max(places) > 23.5
+
+
+def test_a_scan_ends_where_a_parameter_changes_nothing():
+    steady = conditions(temperatures={"temperature": np.full(X.size, 20.0)})
+    assert snap.untestable(steady) == "it is the same at every reading"

@@ -57,7 +57,7 @@ def test_its_model_reads_back_and_predicts_the_same(unknown, tmp_path):
             lambda x, way, t, run: 4.0 * bump(x) * (way > 0) - 4.0 * bump(x - 120.0) * (way < 0),
             {"position", "direction"},
         ),
-        (lambda x, way, t, run: 6.0 * bump(x) * (run - 2.0), {"position", "time"}),
+        (lambda x, way, t, run: 6.0 * bump(x) * (run - 2.0), {"position", "run"}),
     ],
 )
 def test_it_is_over_what_the_error_depends_on(error, over):
