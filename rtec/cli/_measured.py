@@ -74,6 +74,7 @@ class ColumnOptions(OptionGroup):
     sheet: str | None = option("--sheet", "NAME", "Sheet of a workbook that has several.")
     table: int | None = whole("--table", "Number of the table, where a file or sheet has several.", low=1)
     decimal: str | None = option("--decimal", "MARK", "point or comma, where the numbers do not tell which it is.")
+    axis: str | None = option("--axis", "x", "Axis of a log that has columns of several, such as target_x_mm.")
 
     def choices(self, *, several: bool = False) -> ColumnChoices:
         """Return what they say of a file, or of several that need not all have every column.
@@ -90,7 +91,9 @@ class ColumnOptions(OptionGroup):
         """
         from rtec.metrology import column_choices
 
-        choices = column_choices(self.maps or (), sheet=self.sheet, table=self.table, decimal=self.decimal)
+        choices = column_choices(
+            self.maps or (), sheet=self.sheet, table=self.table, decimal=self.decimal, axis=self.axis
+        )
         return dataclasses.replace(choices, of_several=several)
 
 

@@ -27,6 +27,7 @@ VERBS = {
     "effects": "List the physical effects that are known, show the card of one, or check those that you wrote.",
     "simulate": "Send an encoder's edges through the box into the controller, compare the counts, and draw an "
     "insertion.",
+    "contour": "Plan the feed of a toolpath, run it on two emulated drives, and show following and contour error.",
     "tables": "Show what each design does to A and B, from every state and for both signs.",
     "check": "Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.",
     "envelope": "Find the largest safe encoder frequency of each design on each processor, and what breaks first.",

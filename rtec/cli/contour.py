@@ -19,7 +19,7 @@ _FAILS = 1
 
 
 def contour(
-    path: str = option("--path", "butterfly|circle|random|FILE", "Toolpath; a file is G-code or a NURBS.", default=...),
+    path: str = option("--path", "butterfly|circle|random|FILE", "A file is G-code or a NURBS (JSON).", default=...),
     drive: str = word("--drive", "ball-screw|linear-motor", "In each axis.", default=...),
     limit_mm: float | None = quantity(
         "--limit", LENGTH, "20um", "Lower the feed where the contour error would exceed this."
@@ -32,9 +32,9 @@ def contour(
     """Plan the feed of a toolpath, run it on two emulated drives, and show following and contour error.
 
     No axis exceeds its velocity, acceleration and jerk, which is audited between the nodes of the plan as well. With
-    --limit the feed is lowered where the error would exceed it, the run afterwards proves it, and the time is compared
-    with that of a constant feed. The log in the report is one that 'rtec diagnose' reads. Exits with 1 where a limit
-    is not kept.
+    --limit the feed is lowered where the contour error would exceed it; the run afterwards proves it, and the time is
+    compared with that of a constant feed. 'rtec diagnose --axis x' reads the log in the report. Exits with 1 where a
+    limit is not kept.
 
     Example: rtec contour --path butterfly --drive linear-motor -o out
     Example: rtec contour --path circle --drive ball-screw --limit 20um
@@ -46,11 +46,12 @@ def contour(
     from rtec.toolpath.contouring import run_contour
 
     with progress(f"contour {path}"[:60]) as show:
-        run = run_contour(read_path(path, seed=seed), drive, limit_mm=limit_mm, progress=lambda share: show(0.9 * share))
+        way = read_path(path, seed=seed)
+        run = run_contour(way, drive, limit_mm=limit_mm, progress=lambda share: show(0.9 * share))
         made = {}
         if output is not None:
-            with report_folder(output, "contour") as place:
-                made["report"] = str(write_contour(run, place))
+            with report_folder(output, "contour") as folder_:
+                made["report"] = str(write_contour(run, folder_))
         show(1.0)
     if json:
         print_json(run.document() | made)

@@ -20,6 +20,7 @@ from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Cells, Column, Measurement, measurement_of_readings
 from rtec.metrology.plain_numbers import shown
+from rtec.metrology.tables.axes import of_one_axis
 from rtec.metrology.tables.cell_units import without_units
 from rtec.metrology.tables.choices import NO_CHOICES, ColumnChoices
 from rtec.metrology.tables.frame import table_of_columns
@@ -127,6 +128,7 @@ def _of_a_laser_system(option: str, path: str | Path) -> ArgumentError:
 
 
 def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> Measurement:
+    choices = of_one_axis(table.headings, choices)
     table = without_units(_one_target_a_row(table), choices)
     passes = _passes(table, choices)
     placed = place(table, choices, frozenset(one.column for one in passes))

@@ -81,6 +81,7 @@ def read(
     sheet: str | None = None,
     table: int | None = None,
     decimal: str | None = None,
+    axis: str | None = None,
     **facts: str,
 ) -> Data:
     """Read a measurement.
@@ -94,7 +95,7 @@ def read(
         What is to be explained; ``deviation`` where it is known, else the one column of force, current, ...
     columns
         What a column is, where its heading does not say it: ``{"nominal": "target_mm", "note": "ignore"}``.
-    sheet, table, decimal
+    sheet, table, decimal, axis
         As the options of `rtec diagnose`.
     facts
         ``screw_pitch="5 mm"``, ``scale_signal_period``, ``counts_per_rev``, ``reference_temperature``.
@@ -115,7 +116,7 @@ def read(
         if not isinstance(said, str):
             raise ArgumentError(name, repr(said)[:60], "a text with its unit, such as '5 mm'")
     maps = [f"{heading}={meaning}" for heading, meaning in (columns or {}).items()]
-    choices = column_choices(maps, sheet=sheet, table=table, decimal=decimal)
+    choices = column_choices(maps, sheet=sheet, table=table, decimal=decimal, axis=axis)
     if isinstance(source, str | Path):
         measurement = read_measurement(source, choices)
     elif is_frame(source):

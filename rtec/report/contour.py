@@ -42,7 +42,8 @@ def contour_sentence(run: ContourRun) -> str:
         parts.append(f"The run {held} the limit of {1e3 * run.limit_mm:.3g} µm; without it the path takes "
                      f"{run.unlimited_s:.3f} s.")  # fmt: skip
         if run.steady is not None:
-            parts.append(f"A constant feed that keeps it is {run.steady[0]:.3g} mm/s and takes {run.steady[1]:.3f} s.")
+            feed, lasts = run.steady
+            parts.append(f"A constant feed that keeps it is {feed:.3g} mm/s and takes {lasts:.3f} s.")
     if not run.plan.audit.passed:
         parts.append("A limit of an axis is exceeded.")
     return " ".join(parts)
@@ -72,7 +73,7 @@ def contour_rows(run: ContourRun) -> list[tuple[str, str]]:
         ("formula as it is misprinted, off by", f"{d['misprint_error_um']:.3g} µm"),
         ("integration error of the drives", f"{d['integration_error_nm']:.2g} nm"),
     ]
-    rows += [(f"largest share of {name}", f"{share:.4f}") for name, share in ((use.name, use.share) for use in run.plan.audit.uses)]
+    rows += [(f"largest share of {use.name}", f"{use.share:.4f}") for use in run.plan.audit.uses]
     return rows
 
 

@@ -1,7 +1,7 @@
 """A toolpath run on emulated feed drives: planned, driven, and held against the path.
 
-Each axis is a drive of its own. The contour error is that of the carriages; the feed may be lowered where the error that
-the drives' linear answer predicts exceeds a limit, and the run afterwards says whether it is kept.
+Each axis is a drive of its own. The contour error is that of the carriages; the feed may be lowered where the error
+that the drives' linear answer predicts exceeds a limit, and the run afterwards says whether it is kept.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class ContourRun:
 
     @property
     def limits_held(self) -> bool:
-        """Whether the plan keeps every limit of the axes, and the run the limit of the contour error, if there is one."""
+        """Whether the plan keeps every limit of the axes, and the run that of the contour error, if there is one."""
         kept = self.limit_mm is None or float(np.abs(self.contour_mm).max()) <= self.limit_mm
         return bool(self.plan.audit.passed and kept)
 
@@ -203,8 +203,8 @@ def _driven(
 def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
     """Return the contour error that the drives' linear answer predicts at places of a path, shape (n,), in mm.
 
-    Of each axis the following error is a sum of its velocity, acceleration and jerk, by least squares over a run; what
-    friction and cogging do is not in it.
+    Of each axis the following error is a sum of its velocity, acceleration and jerk, by least squares over a run;
+    what friction and cogging do is not in it.
     """
     known, asked = _terms(run.plan, run.time_s), _terms(plan, time_at(plan, s_mm))
     total = []
@@ -275,7 +275,9 @@ def _largest_near(run: ContourRun, places: Floats) -> Floats:
     return largest
 
 
-def _steady(path: Path, drive: str, limit_mm: float, free: ContourRun, progress: Progress) -> tuple[float, float] | None:
+def _steady(
+    path: Path, drive: str, limit_mm: float, free: ContourRun, progress: Progress
+) -> tuple[float, float] | None:
     """Return the highest constant feed that keeps a limit, and its time; None where none does."""
     limits, top = DRIVES[drive].limits, float(_feed_over_path(free.plan)[1].max())
     low, high, best = 0.0, top, None

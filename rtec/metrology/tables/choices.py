@@ -31,6 +31,8 @@ class ColumnChoices:
         ``.`` or ``,``; None to find it out.
     table
         The number of the table in a file or sheet that has several, counted from 1; None to find it out.
+    axis
+        The letter of one axis, of a log that has columns of several, such as ``target_x_mm``.
     of_several
         The same is said of several files, and not every one of them has every column.
     """
@@ -39,6 +41,7 @@ class ColumnChoices:
     sheet: str | None = None
     decimal: str | None = None
     table: int | None = None
+    axis: str | None = None
     of_several: bool = False
 
     def of_column(self, number: int, heading: str) -> str | None:
@@ -50,7 +53,12 @@ NO_CHOICES = ColumnChoices()
 
 
 def column_choices(
-    maps: Sequence[str] = (), *, sheet: str | None = None, decimal: str | None = None, table: int | None = None
+    maps: Sequence[str] = (),
+    *,
+    sheet: str | None = None,
+    decimal: str | None = None,
+    table: int | None = None,
+    axis: str | None = None,
 ) -> ColumnChoices:
     """Return the choices that options state.
 
@@ -64,11 +72,13 @@ def column_choices(
         Of ``--decimal``: ``point`` or ``comma``.
     table
         Of ``--table``, from 1 on.
+    axis
+        Of ``--axis``: a letter.
 
     Raises
     ------
     ArgumentError
-        No ``=``, a meaning that is none, a heading mapped twice, or another decimal mark.
+        No ``=``, a meaning that is none, a heading mapped twice, another decimal mark, or an axis that is no letter.
 
     Examples
     --------
@@ -93,8 +103,11 @@ def column_choices(
             raise ArgumentError("--map", repr(text[:80]), f"one meaning for each heading; {heading!r} has two")
     if decimal is not None and decimal not in DECIMAL_MARKS:
         raise unknown("--decimal", decimal, DECIMAL_MARKS)
+    if axis is not None and not (len(axis) == 1 and axis.isascii() and axis.isalpha()):
+        raise ArgumentError("--axis", repr(axis)[:60], "the letter of an axis, such as x")
     mark = None if decimal is None else DECIMAL_MARKS[decimal]
-    return ColumnChoices(columns=columns, sheet=sheet, decimal=mark, table=table)
+    letter = None if axis is None else axis.lower()
+    return ColumnChoices(columns=columns, sheet=sheet, decimal=mark, table=table, axis=letter)
 
 
 def as_option(heading: str, meaning: str, otherwise: str = "HEADING") -> str:
