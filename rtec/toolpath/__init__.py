@@ -1,0 +1,1 @@
+"""Toolpaths and the feed along them."""
