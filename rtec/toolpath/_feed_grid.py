@@ -158,7 +158,7 @@ def lay_grid(
         piece=piece,
         share=share,
         s_mm=s,
-        derivatives=_both_sides(path, s, left, np.isin(s, stops), 1e-9 * width[piece]),
+        derivatives=_both_sides(path, s, left, 1e-9 * width[piece] + 4.0 * np.spacing(length)),
     )
 
 
@@ -168,10 +168,10 @@ def _knots(path: Path) -> Floats:
 
 
 def _both_sides(
-    path: Path, s: Floats, left: NDArray[np.bool_], stop: NDArray[np.bool_], beside: Floats
+    path: Path, s: Floats, left: NDArray[np.bool_], beside: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the derivatives at points; the path need not have any at a stop, so there they are taken beside it."""
-    seen = np.where(stop, np.where(left, s - beside, s + beside), s)
+    """Return the derivatives of the path just inside each piece: at a stop it need not have any."""
+    seen = np.where(left, s - beside, s + beside)
     found = [path.derivatives(seen[which], side=side) for which, side in ((~left, 1), (left, -1))]
     derivatives = [np.empty((s.size, found[0][0].shape[1])) for _ in range(3)]
     for i, into in enumerate(derivatives):

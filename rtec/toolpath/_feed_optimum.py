@@ -241,20 +241,43 @@ def _per_piece(grid: Grid) -> int:
     return int(np.searchsorted(grid.piece, 1)) if grid.pieces > 1 else grid.piece.size
 
 
-def start_shape(grid: Grid, bounds: Bounds) -> Floats:
-    """Return a feed within the limits of velocity and of a growth without curvature, shape (inner pieces,)."""
+def start_shape(grid: Grid, bounds: Bounds, *, jerk: bool) -> Floats:
+    """Return a feed that keeps about within all limits, shape (inner pieces,).
+
+    Notes
+    -----
+    Where the jerk along a line is constant, ``w = q^(3/4)`` grows with a constant slope. So ``w`` is the largest
+    function of a limited slope below what each place allows alone, and its mean over a width of about ``w / slope``:
+    then its bends, too, keep the jerk within a constant factor of the limit.
+    """
+    curvature, third = abs(grid.derivatives[1]), abs(grid.derivatives[2])
     with np.errstate(divide="ignore"):
-        cap = np.minimum(bounds.feed, (bounds.acceleration / abs(grid.derivatives[1])).min(axis=1))
+        cap = np.minimum(bounds.feed, (bounds.acceleration / curvature).min(axis=1))
+        if jerk:
+            cap = np.minimum(cap, (bounds.jerk / third).min(axis=1) ** (2.0 / 3.0))
     least = np.full(grid.pieces, np.inf)
     np.minimum.at(least, grid.piece, 0.5 * cap)
-    middle, slope = (grid.breaks_mm[1:] + grid.breaks_mm[:-1]) / 2.0, 0.5 * float(bounds.acceleration.min())
-    stop = np.concatenate((grid.breaks_mm[grid.first], grid.breaks_mm[-1:]))
-    s, q = np.concatenate((middle, stop)), np.concatenate((least, np.zeros(stop.size)))
+    breaks, acceleration = grid.breaks_mm, 0.5 * float(bounds.acceleration.min())
+    slope = np.sqrt(0.3 * float(bounds.jerk.min()))
+    q = _least_slope(grid, least, acceleration)
+    if not jerk:
+        return q[grid.end == 0]
+    w = _least_slope(grid, q**0.75, slope)
+    middle, half = (breaks[1:] + breaks[:-1]) / 2.0, 0.5 * w / slope
+    total = np.concatenate(([0.0], np.cumsum(w * np.diff(breaks))))
+    w = (np.interp(middle + half, breaks, total) - np.interp(middle - half, breaks, total)) / (2.0 * half)
+    return w[grid.end == 0] ** (4.0 / 3.0)
+
+
+def _least_slope(grid: Grid, values: Floats, slope: float) -> Floats:
+    """Return the largest function of a limited slope that is below values of each piece and zero at the stops."""
+    breaks = grid.breaks_mm
+    stop = np.concatenate((breaks[grid.first], breaks[-1:]))
+    s = np.concatenate(((breaks[1:] + breaks[:-1]) / 2.0, stop))
     order = np.argsort(s, kind="stable")
-    s, q = s[order], q[order]
-    q = np.minimum.accumulate(q - slope * s) + slope * s
-    q = np.minimum.accumulate((q + slope * s)[::-1])[::-1] - slope * s
-    q[order] = q.copy()
-    return q[: grid.pieces][grid.end == 0]
-
-
+    s, y = s[order], np.concatenate((values, np.zeros(stop.size)))[order]
+    y = np.minimum.accumulate(y - slope * s) + slope * s
+    y = np.minimum.accumulate((y + slope * s)[::-1])[::-1] - slope * s
+    found = np.empty_like(y)
+    found[order] = y
+    return np.maximum(found[: values.size], 1e-9 * slope * np.diff(breaks))

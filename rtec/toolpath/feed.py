@@ -172,15 +172,12 @@ def plan_feed(path: Path, limits: FeedLimits) -> FeedPlan:
     for some in _groups(stops):
         grid = lay_grid(path, some, top, limits.places_mm())
         bounds = _bounds(grid, top, limits)
-        z = start_shape(grid, bounds)
-        if same:
-            z, time = _without_jerk(grid, bounds)
-            free += time
-        parts.append((some, _planned(grid, bounds, top, z)))
+        free += _without_jerk(grid, bounds) if same else 0.0
+        parts.append((some, _planned(grid, bounds, top)))
     if not same:
         for some in _groups(fewer):
             grid = lay_grid(path, some, top, limits.places_mm())
-            free += _without_jerk(grid, _bounds(grid, top, limits))[1]
+            free += _without_jerk(grid, _bounds(grid, top, limits))
     return FeedPlan(path, limits, tuple(parts), free)
 
 
@@ -197,15 +194,14 @@ def _bounds(grid: Grid, top: tuple[Floats, Floats, Floats], limits: FeedLimits) 
     return Bounds(fastest**2, feed, np.broadcast_to(top[1], shape), np.broadcast_to(top[2], shape))
 
 
-def _without_jerk(grid: Grid, bounds: Bounds) -> tuple[Floats, float]:
+def _without_jerk(grid: Grid, bounds: Bounds) -> float:
     problem = Problem(grid, bounds, jerk=False)
-    z = problem.solve(start_shape(grid, bounds))
-    return z, problem.time_s(z)
+    return problem.time_s(problem.solve(start_shape(grid, bounds, jerk=False)))
 
 
-def _planned(grid: Grid, bounds: Bounds, top: tuple[Floats, Floats, Floats], z: Floats) -> Profile:
-    """Return the profile within all limits, from unknowns to start at."""
-    section, powers = grid.section, _powers(top[0].size)
+def _planned(grid: Grid, bounds: Bounds, top: tuple[Floats, Floats, Floats]) -> Profile:
+    """Return the profile within all limits."""
+    section, powers, z = grid.section, _powers(top[0].size), start_shape(grid, bounds, jerk=True)
     lowered = np.ones((grid.pieces, powers.size))
     for _ in range(_ROUNDS):
         z = Problem(grid, bounds.lowered(lowered[grid.piece]), jerk=True).solve(z)
