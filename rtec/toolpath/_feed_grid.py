@@ -187,7 +187,7 @@ def _largest_piece_mm(length: float, top: tuple[Floats, Floats, Floats]) -> floa
     """Return an eighth of the way of a jerk ramp at full speed, or a sixteenth of that of full acceleration."""
     v, a, j = top
     ramp = max(float((v * a / j).min()) / 8.0, float((v * v / a).min()) / 32.0)
-    return max(min(ramp, length / 400.0), length / 100_000.0)
+    return max(min(ramp, length / 400.0), length / 10_000.0)
 
 
 def _thinned(knots: Floats, stops: Floats, gap: float) -> Floats:

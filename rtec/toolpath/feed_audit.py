@@ -277,7 +277,7 @@ def audit_positions(
     positions_mm
         Shape (n, d), or (n,) of one axis.
     limits
-        Limits of the axes; a feed may be limited by a number.
+        Limits of the axes. That of the feed is checked where it is a number.
     resolution_mm
         To what the positions are rounded; that of floating-point numbers if None.
 
@@ -312,7 +312,8 @@ def audit_positions(
     x = x.reshape(t.size, -1)
     axes = x.shape[1]
     rounding = 4.0 * float(np.spacing(abs(x).max())) if resolution_mm is None else resolution_mm / 2.0
-    feed = limits.feed_at(np.zeros(1))[0] if np.ndim(limits.feed_mm_s or 0.0) == 0 else np.inf
+    number = limits.feed_mm_s is not None and not callable(limits.feed_mm_s) and np.ndim(limits.feed_mm_s) == 0
+    feed = limits.feed_at(np.zeros(1))[0] if number else np.inf
     uses = []
     differences, noise, factor = x, np.full((t.size, 1), rounding), 1.0
     for order, (kind, top) in enumerate(zip(_KINDS, limits.per_axis(axes), strict=True), start=1):
