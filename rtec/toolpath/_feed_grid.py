@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +16,8 @@ Ints = NDArray[np.int64]
 
 _TANGENT_JUMP, _ACCELERATION_JUMP = 1e-9, 1e-8
 """A larger jump of the tangent, or of the acceleration as a share of its limit, is a stop."""
+_CORNER = 1e-5
+"""A larger jump of the tangent between two pieces is a corner that is not one of the knots."""
 _TURN_RAD = 0.1
 """Largest turn of the tangent within one piece."""
 _GROWTH = 0.3
@@ -151,6 +154,10 @@ def lay_grid(
     s = np.where(share == 1.0, breaks[piece + 1], breaks[piece] + share * width[piece])
     s[n * (SAMPLES + 1) :] = np.concatenate((inside, inside))
     left = (share == 1.0) | (np.arange(s.size) >= s.size - inside.size)
+    derivatives = _both_sides(path, s, left, 1e-9 * width[piece] + 4.0 * np.spacing(length))
+    before, after = (derivatives[0][k : n * (SAMPLES + 1) : SAMPLES + 1] for k in (SAMPLES, 0))
+    jump = abs(after[1:] - before[:-1]).max(axis=1) > _CORNER
+    _refuse_corner(np.setdiff1d(breaks[1:-1][jump], stops))
     return Grid(
         breaks_mm=breaks,
         first=np.searchsorted(breaks, stops[:-1]),
@@ -158,8 +165,14 @@ def lay_grid(
         piece=piece,
         share=share,
         s_mm=s,
-        derivatives=_both_sides(path, s, left, 1e-9 * width[piece] + 4.0 * np.spacing(length)),
+        derivatives=derivatives,
     )
+
+
+def _refuse_corner(s: Floats) -> None:
+    if s.size:
+        where = f"a corner or cusp at s = {s[0]:.6g} mm that is not one of its knots"
+        raise ArgumentError("path", where, "a path with a knot there: the feed stops at it")
 
 
 def _knots(path: Path) -> Floats:
@@ -167,9 +180,7 @@ def _knots(path: Path) -> Floats:
     return knots[(knots > 0.0) & (knots < path.length_mm)]
 
 
-def _both_sides(
-    path: Path, s: Floats, left: NDArray[np.bool_], beside: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _both_sides(path: Path, s: Floats, left: NDArray[np.bool_], beside: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the derivatives of the path just inside each piece: at a stop it need not have any."""
     seen = np.where(left, s - beside, s + beside)
     found = [path.derivatives(seen[which], side=side) for which, side in ((~left, 1), (left, -1))]
@@ -179,7 +190,8 @@ def _both_sides(
     bad = ~np.isfinite(np.hstack(derivatives)).all(axis=1)
     if bad.any():
         where = f"no finite curvature at s = {s[bad][0]:.6g} mm"
-        raise ArgumentError("path", where, "a path with a knot where its curvature has no bound: the feed stops there")
+        allowed = "a path with a knot where its curvature has no bound: the feed stops there"
+        raise ArgumentError("path", where, allowed)
     return derivatives[0], derivatives[1], derivatives[2]
 
 
@@ -195,7 +207,8 @@ def _thinned(knots: Floats, stops: Floats, gap: float) -> Floats:
     inner = np.setdiff1d(knots, stops)
     cell = np.floor(inner / gap).astype(np.int64)
     inner = inner[np.concatenate(([True], np.diff(cell) > 1))] if inner.size else inner
-    near = np.minimum(abs(inner - stops[np.searchsorted(stops, inner)]), inner - stops[np.searchsorted(stops, inner) - 1])
+    after = np.searchsorted(stops, inner)
+    near = np.minimum(stops[after] - inner, inner - stops[after - 1])
     return np.union1d(inner[near > gap], stops)
 
 
@@ -214,12 +227,14 @@ def _bisected(path: Path, stops: Floats, breaks: Floats, largest: float) -> Floa
         before[0], after[-1] = width[0], width[-1]
         halve |= (width > 2.1 * before) & (breaks[:-1] != stops[k])
         halve |= (width > 2.1 * after) & (breaks[1:] != stops[k + 1])
-        look = ~halve & (width > floor)
+        look = ~halve
         if look.any():
             ends = [(breaks[:-1] + width * f)[look] for f in (1e-6, 0.5, 1.0 - 1e-6)]
             tangents = [path.derivatives(each, side=1)[0] for each in ends]
-            turn = sum(np.linalg.norm(b - a, axis=1) for a, b in zip(tangents, tangents[1:], strict=False))
-            halve[look] = turn > _TURN_RAD
+            turns = [np.linalg.norm(b - a, axis=1) for a, b in pairwise(tangents)]
+            halve[look] = turns[0] + turns[1] > _TURN_RAD
+            sharp = look & halve & (width <= floor)
+            _refuse_corner(breaks[:-1][sharp])
         halve &= width > floor
         if not halve.any():
             return breaks

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from rtec.toolpath._feed_grid import Floats, Grid, Ints
+from rtec.toolpath._feed_grid import SAMPLES, Floats, Grid
 
 JERK_POWER, FREE_POWER = 4.0 / 3.0, 1.0
 """Power of the distance from a stop with which the square of the feed grows, with and without a limit of jerk."""
@@ -83,10 +83,8 @@ class Problem:
         self.power = JERK_POWER if jerk else FREE_POWER
         end = grid.end
         number = np.cumsum(end == 0) - 1
-        at = np.flatnonzero((end[grid.piece] == 0) & np.isin(grid.share, (0.0, 0.5, 1.0)))
-        regular = at < grid.pieces * _per_piece(grid)
-        extra = np.flatnonzero((end[grid.piece] == 0) & (np.arange(grid.piece.size) >= grid.pieces * _per_piece(grid)))
-        at = np.concatenate((at[regular], extra))
+        at_knot = np.arange(grid.piece.size) >= grid.pieces * (SAMPLES + 1)
+        at = np.flatnonzero((end[grid.piece] == 0) & (np.isin(grid.share, (0.0, 0.5, 1.0)) | at_knot))
         self.points, piece, u = at, grid.piece[at], grid.share[at]
         self.index = number[piece]
         self.size = int(number[-1]) + 1
@@ -105,9 +103,8 @@ class Problem:
         ]
         self.rows = np.stack(rows, axis=1)
         """Of q, q' and q'' at each point in the three unknowns around it, shape (p, 3, 3)."""
-        self.time_weight = np.zeros(at.size)
-        simpson = np.where(u == 0.5, 4.0, 1.0) * h / 6.0
-        self.time_weight[: int(regular.sum())] = simpson[: int(regular.sum())]
+        # Simpson's rule over each piece
+        self.time_weight = np.where(at_knot[at], 0.0, np.where(u == 0.5, 4.0, 1.0) * h / 6.0)
         x1, x2, x3 = (each[at] for each in grid.derivatives)
         feed = bounds.feed[at].copy()
         self._bound_ends(bounds, feed)
@@ -144,7 +141,8 @@ class Problem:
         """Return q, q' and q'' at the points, shape (p, 3)."""
         padded = np.concatenate(([0.0], z, [0.0]))
         around = np.stack([padded[self.index], padded[self.index + 1], padded[self.index + 2]], axis=-1)
-        return (self.rows @ around[:, :, None])[:, :, 0]
+        found: Floats = (self.rows @ around[:, :, None])[:, :, 0]
+        return found
 
     def _slacks(self, v: Floats) -> tuple[Floats, Floats]:
         """Return the slacks of all limits, shape (p, k), and their gradients in q, q' and q'', shape (p, k, 3)."""
@@ -207,8 +205,10 @@ class Problem:
         pull = -dual[:, None, :] @ gradient
         pull[:, 0, 0] -= 0.5 * self.time_weight * v[:, 0] ** -1.5
         force = (pull @ self.rows)[:, 0, :]
-        size = self.size + 2
-        return sum(np.bincount(self.index + i, force[:, i], size) for i in range(3))[1:-1]
+        found: Floats = np.zeros(self.size + 2)
+        for i in range(3):
+            found += np.bincount(self.index + i, force[:, i], found.size)
+        return found[1:-1]
 
     def _newton(
         self, v: Floats, gradient: Floats, weight: Floats, push: Floats, z: Floats, mu: float, dual_z: Floats
@@ -228,17 +228,14 @@ class Problem:
         band[1, 1:] *= scale[1:] * scale[:-1]
         band[0, 2:] *= scale[2:] * scale[:-2]
         band[2] = 1.0 + 1e-12
-        return scale * solveh_banded(band, right * scale, overwrite_ab=True, check_finite=False)
+        step: Floats = scale * solveh_banded(band, right * scale, overwrite_ab=True, check_finite=False)
+        return step
 
 
 def _longest(*pairs: tuple[Floats, Floats]) -> float:
     """Return the share of a step after which one of the values has lost 95 % of itself, at most 1."""
     fall = max(float((-change / value).max()) for value, change in pairs)
     return min(1.0, 0.95 / fall) if fall > 0.0 else 1.0
-
-
-def _per_piece(grid: Grid) -> int:
-    return int(np.searchsorted(grid.piece, 1)) if grid.pieces > 1 else grid.piece.size
 
 
 def start_shape(grid: Grid, bounds: Bounds, *, jerk: bool) -> Floats:
@@ -261,12 +258,12 @@ def start_shape(grid: Grid, bounds: Bounds, *, jerk: bool) -> Floats:
     slope = np.sqrt(0.3 * float(bounds.jerk.min()))
     q = _least_slope(grid, least, acceleration)
     if not jerk:
-        return q[grid.end == 0]
+        return np.asarray(q[grid.end == 0])
     w = _least_slope(grid, q**0.75, slope)
     middle, half = (breaks[1:] + breaks[:-1]) / 2.0, 0.5 * w / slope
     total = np.concatenate(([0.0], np.cumsum(w * np.diff(breaks))))
-    w = (np.interp(middle + half, breaks, total) - np.interp(middle - half, breaks, total)) / (2.0 * half)
-    return w[grid.end == 0] ** (4.0 / 3.0)
+    mean: Floats = (np.interp(middle + half, breaks, total) - np.interp(middle - half, breaks, total)) / (2.0 * half)
+    return np.asarray(mean[grid.end == 0] ** (4.0 / 3.0))
 
 
 def _least_slope(grid: Grid, values: Floats, slope: float) -> Floats:
@@ -280,4 +277,4 @@ def _least_slope(grid: Grid, values: Floats, slope: float) -> Floats:
     y = np.minimum.accumulate((y + slope * s)[::-1])[::-1] - slope * s
     found = np.empty_like(y)
     found[order] = y
-    return np.maximum(found[: values.size], 1e-9 * slope * np.diff(breaks))
+    return np.asarray(np.maximum(found[: values.size], 1e-9 * slope * np.diff(breaks)))

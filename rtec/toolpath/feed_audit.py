@@ -85,7 +85,8 @@ class FeedLimits:
         for kind, unit in zip(_KINDS, _UNITS, strict=True):
             value = np.asarray(getattr(self, f"{kind}_{unit}"), dtype=np.float64)
             if value.ndim and value.size != axes:
-                raise ArgumentError(f"{kind}_{unit}", f"an array of {value.size} numbers", f"one, or {axes}: one per axis")
+                found = f"an array of {value.size} numbers"
+                raise ArgumentError(f"{kind}_{unit}", found, f"one, or {axes}: one per axis")
             rows.append(np.broadcast_to(value, (axes,)).copy())
         return rows[0], rows[1], rows[2]
 

@@ -151,7 +151,9 @@ class Joined:
         self.paths = paths
         self.table = np.concatenate(([0.0], np.cumsum([p.length_mm for p in paths])))
         self.length_mm = self.table[-1]
-        self.knots_mm = np.unique(np.concatenate([t + p.knots_mm for t, p in zip(self.table, paths)]))
+        self.knots_mm = np.unique(
+            np.concatenate([t + p.knots_mm for t, p in zip(self.table[:-1], paths, strict=True)])
+        )
         ends = [(p.points(np.array([0.0, p.length_mm]))) for p in paths]
         self.offset = np.cumsum([-ends[0][0]] + [a[1] - b[0] for a, b in pairwise(ends)], axis=0)
 
@@ -163,7 +165,7 @@ class Joined:
         for k in np.unique(i):
             values = of(k, s[i == k] - self.table[k])
             out = np.empty((len(values), s.size, values[0].shape[1])) if out is None else out
-            for o, v in zip(out, values):
+            for o, v in zip(out, values, strict=True):
                 o[i == k] = v
         return out
 

@@ -144,7 +144,7 @@ def test_the_feed_is_lowered_where_the_caller_wants(kind):
     plan = plan_feed(path, FeedLimits(**LINEAR_MOTOR, feed_mm_s=feed))
     s, v, *_ = plan.at(np.linspace(0.0, plan.time_s, 100_001))
     assert (v / np.interp(s, *rows.T)).max() <= 1.0 + 1e-6
-    assert v[(s > 215.0) & (s < 255.0)].min() > 295.0
+    assert v[(s > 225.0) & (s < 240.0)].min() > 299.0
     assert "feed" in plan.limit_at([235.0])[0]
     assert plan.time_s > plan_feed(path, LIMITS).time_s
 
@@ -179,7 +179,7 @@ def test_a_limit_that_is_not_above_zero_is_refused(name, value):
 
 @pytest.mark.parametrize("feed", [0.0, np.nan, [[0.0, 1.0], [1.0, -1.0]], [[1.0, 1.0], [1.0, 2.0]], [1.0, 2.0]])
 def test_a_feed_that_is_not_above_zero_is_refused(feed):
-    with pytest.raises(ArgumentError, match="^feed_mm_s: "):
+    with pytest.raises(ArgumentError, match=r"^feed_mm_s: "):
         FeedLimits(**LINEAR_MOTOR, feed_mm_s=feed)
 
 
@@ -190,7 +190,7 @@ def test_what_cannot_be_planned_is_refused_with_one_sentence():
         plan_feed(circle(1.0), FeedLimits(**LINEAR_MOTOR | {"velocity_mm_s": (1.0, 2.0, 3.0)}))
     with pytest.raises(ArgumentError, match="feed_mm_s: a function"):
         plan_feed(circle(1.0), FeedLimits(**LINEAR_MOTOR, feed_mm_s=lambda s: 1.0 - s))
-    with pytest.raises(ArgumentError, match=r"path: no finite curvature at s = 1\.4397"):
+    with pytest.raises(ArgumentError, match=r"path: a corner or cusp at s = 1\.43971 mm that is not"):
         plan_feed(Cusp(knot=False), LIMITS)
     with pytest.raises(ArgumentError, match="t_s: "):
         audit_positions([0.0, 1.0, 1.0, 2.0], np.zeros(4), LIMITS)
@@ -201,11 +201,11 @@ def test_what_cannot_be_planned_is_refused_with_one_sentence():
 def test_no_limit_is_exceeded_on_random_paths_with_random_limits(seed):
     random = np.random.default_rng(seed)
     axes = 2 + seed % 2
-    path = random_spline(seed, int(random.integers(5, 40)), 10.0 ** random.uniform(-1.0, 3.0), axes)
+    path = random_spline(seed, int(random.integers(5, 40)), 10.0 ** random.uniform(0.0, 3.0), axes)
     if seed % 7 == 0:
         path = joined([path, random_spline(seed + 1000, 8, 10.0 ** random.uniform(-1.0, 2.5), axes)])
     each = axes if seed % 3 == 0 else None
-    low_high = ((1.0, 3.7), (2.0, 4.7), (3.0, 7.0))
+    low_high = ((1.5, 3.5), (2.5, 4.5), (4.0, 6.5))
     tops = [10.0 ** random.uniform(low, high, each) for low, high in low_high]
     limits = FeedLimits(**dict(zip(LINEAR_MOTOR, tops, strict=True)))
     plan = plan_feed(path, limits)
