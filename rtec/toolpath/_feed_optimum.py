@@ -40,31 +40,30 @@ class Bounds:
 def ordinates(grid: Grid, z: Floats, power: float) -> tuple[Floats, Floats, Floats]:
     """Return first, middle and last Bernstein ordinates of all pieces from the unknowns, shape (inner pieces,)."""
     inner = np.flatnonzero(grid.end == 0)
-    middle = np.zeros(grid.pieces)
+    first, middle, last = np.zeros((3, grid.pieces))
     middle[inner] = z
-    left, right = _weights(grid, power)
-    first, last = np.zeros(grid.pieces), np.zeros(grid.pieces)
-    first[inner] = left * middle[inner - 1] + (_own(grid, left, power, 1)) * z
-    last[inner] = right * middle[inner + 1] + (_own(grid, right, power, -1)) * z
+    before, own_first, own_last, after = _weights(grid, power)
+    first[inner] = before * middle[inner - 1] + own_first * z
+    last[inner] = after * middle[inner + 1] + own_last * z
     for ends, value in ((grid.first, first[grid.first + 1]), (grid.last, last[grid.last - 1])):
         first[ends] = middle[ends] = last[ends] = value
     return first, middle, last
 
 
-def _weights(grid: Grid, power: float) -> tuple[Floats, Floats]:
-    """Return the weights of the neighbours' middles in the first and last ordinate; zero beside an end piece."""
+def _weights(grid: Grid, power: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the weights of the middle ordinates in the first and the last one of each inner piece.
+
+    They are: of the piece before, of itself in the first, of itself in the last, of the piece after. Then ``q`` and
+    its derivative are continuous: beside an end piece of length ``e`` the derivative is ``power q / e``.
+    """
     h, end = np.diff(grid.breaks_mm), grid.end
     inner = np.flatnonzero(end == 0)
-    left, right = h[inner] / (h[inner] + h[inner - 1]), h[inner] / (h[inner] + h[inner + 1])
-    return np.where(end[inner - 1] == 0, left, 0.0), np.where(end[inner + 1] == 0, right, 0.0)
-
-
-def _own(grid: Grid, neighbour: Floats, power: float, side: int) -> Floats:
-    h = np.diff(grid.breaks_mm)
-    inner = np.flatnonzero(grid.end == 0)
-    # beside an end piece of length e: q' = power q / e
-    beside = 1.0 / (1.0 + power * h[inner] / (2.0 * h[inner - side]))
-    return np.where(neighbour > 0.0, 1.0 - neighbour, beside)
+    others, own = [], []
+    for beside in (inner - 1, inner + 1):
+        share, stop = h[inner] / (h[inner] + h[beside]), end[beside] != 0
+        others.append(np.where(stop, 0.0, share))
+        own.append(np.where(stop, 1.0 / (1.0 + power * h[inner] / (2.0 * h[beside])), 1.0 - share))
+    return others[0], own[0], own[1], others[1]
 
 
 class Problem:
@@ -74,8 +73,8 @@ class Problem:
     -----
     With ``q`` the square of the feed, velocity and acceleration of an axis are linear, and its jerk is
     ``sqrt(q) (x_sss q + 1.5 x_ss q' + 0.5 x_s q'')``. Divided by ``sqrt(q)`` its limit is linear against the convex
-    ``J / sqrt(q)``. Each step replaces that by its tangent, which is below it: every step stays within the limits,
-    and their sequence comes to a point where no small change is faster. Nothing shows that no other plan is.
+    ``J / sqrt(q)``. Each step replaces that by its tangent, which is below it. The steps come to a point within the
+    limits where no small change is faster; nothing shows that no other plan is.
     """
 
     def __init__(self, grid: Grid, bounds: Bounds, *, jerk: bool) -> None:
@@ -89,16 +88,14 @@ class Problem:
         self.index = number[piece]
         self.size = int(number[-1]) + 1
         h = np.diff(grid.breaks_mm)[piece]
-        left, right = _weights(grid, self.power)
-        own_left, own_right = _own(grid, left, self.power, 1), _own(grid, right, self.power, -1)
-        k = self.index
+        before, own_first, own_last, after = (each[self.index] for each in _weights(grid, self.power))
         bernstein = (
             ((1 - u) ** 2, 2 * u * (1 - u), u**2),
             (-2 * (1 - u) / h, 2 * (1 - 2 * u) / h, 2 * u / h),
             (2 / h**2, -4 / h**2, 2 / h**2),
         )
         rows = [
-            np.stack([b0 * left[k], b0 * own_left[k] + b1 + b2 * own_right[k], b2 * right[k]], axis=-1)
+            np.stack([b0 * before, b0 * own_first + b1 + b2 * own_last, b2 * after], axis=-1)
             for b0, b1, b2 in bernstein
         ]
         self.rows = np.stack(rows, axis=1)

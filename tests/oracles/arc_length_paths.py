@@ -17,7 +17,7 @@ class Spline:
         # one polynomial a span: each side of a knot has its own, also where rounding puts the parameter beyond it
         self.knots_u = knots
         self.taylor = np.stack([each(knots[:-1]) for each in self.c]) / np.array([1, 1, 2, 6])[:, None, None]
-        self.x, self.w = np.polynomial.legendre.leggauss(16)
+        self.x, self.w = np.polynomial.legendre.leggauss(8)
         self.u = np.unique(np.concatenate([np.linspace(p, q, parts + 1) for p, q in pairwise(knots)]))
         self.u[::parts] = knots
         while True:  # near a cusp the speed by the parameter has a sharp minimum
@@ -53,7 +53,7 @@ class Spline:
         cell = np.clip(np.searchsorted(self.table, s, side="right" if side > 0 else "left") - 1, 0, self.u.size - 2)
         start, span = self.u[cell], self._span(self.u[cell])
         u = start + (s - self.table[cell]) / np.diff(self.table)[cell] * np.diff(self.u)[cell]
-        for _ in range(4):
+        for _ in range(3):
             error = self.table[cell] + self._length(start, u - start) - s
             u = u - error / np.linalg.norm(self._power(u, span, 1), axis=-1)
         return u, span

@@ -56,7 +56,7 @@ def near_cusp():
 def differentiated(plan, limits):
     """Largest share of the limits by differences of the positions alone; an average never exceeds what it is of."""
     size = abs(plan.path.points(np.linspace(0.0, plan.path.length_mm, 200))).max()
-    step = max(3.0 * np.cbrt(1e-8 * size / np.min(limits.jerk_mm_s3)), plan.time_s / 100_000)
+    step = max(3.0 * np.cbrt(1e-8 * size / np.min(limits.jerk_mm_s3)), plan.time_s / 40_000)
     x = plan.positions(np.arange(-4.0 * step, plan.time_s + 4.0 * step, step))
     tops = limits.velocity_mm_s, limits.acceleration_mm_s2, limits.jerk_mm_s3
     return [abs(np.diff(x, i, axis=0) / step**i / top).max() for i, top in enumerate(tops, start=1)]
