@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
 
@@ -44,10 +44,10 @@ class Path(Protocol):
     def closed(self) -> bool:
         """Whether the path ends where it begins."""
 
-    def points(self, s_mm: ArrayLike) -> Floats:
+    def points(self, s_mm: Floats) -> Floats:
         """Return the points in mm, shape (n, d), at arc lengths of shape (n,)."""
 
-    def derivatives(self, s_mm: ArrayLike, side: int = 1) -> tuple[Floats, Floats, Floats]:
+    def derivatives(self, s_mm: Floats, side: int = 1) -> tuple[Floats, Floats, Floats]:
         """Return three derivatives by arc length, each of shape (n, d); ``side`` is -1 or +1 of a knot."""
 
 

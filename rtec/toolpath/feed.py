@@ -34,7 +34,7 @@ _MARGIN = 1e-7
 """By which the last scaling stays below the limits."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class FeedPlan:
     """The feed along a path, from rest at its beginning to rest at its end.
 
@@ -47,6 +47,10 @@ class FeedPlan:
     """Stops and profile of each part of the path."""
     time_without_jerk_limit_s: float
     """Time of the same path without a limit of jerk: its feed does not stop where only the curvature jumps."""
+
+    def __str__(self) -> str:
+        price = f"{100.0 * self.price:.1f} % longer than without a limit of jerk"
+        return f"{self.time_s:.4g} s, {price}, at rest at {self.stops_mm.size} places; {self.audit}"
 
     @cached_property
     def audit(self) -> Audit:
@@ -158,6 +162,21 @@ def plan_feed(path: Path, limits: FeedLimits) -> FeedPlan:
     plan keeps the limits, but nothing proves that no other plan takes less time. On a butterfly of 4.3 m with the
     limits 2500 mm/s, 25 m/s2 and 500 m/s3 it takes 4.2 % longer than without a limit of jerk, and on a random spline
     17 %; the linear programme that limits the jerk by the feed without a limit of jerk takes 6.6 and 29 % longer.
+
+    Examples
+    --------
+    >>> class Line:
+    ...     length_mm, knots_mm, closed = 1000.0, np.array([0.0, 1000.0]), False
+    ...     def points(self, s_mm):
+    ...         return np.outer(s_mm, [1.0, 0.0])
+    ...     def derivatives(self, s_mm, side=1):
+    ...         x_s = np.tile([1.0, 0.0], (s_mm.size, 1))
+    ...         return x_s, 0.0 * x_s, 0.0 * x_s
+    >>> plan = plan_feed(Line(), FeedLimits(velocity_mm_s=2500, acceleration_mm_s2=25e3, jerk_mm_s3=5e5))
+    >>> f"{plan.time_s:.3f} s, {plan.price:+.1%}", plan.audit.passed
+    ('0.552 s, +10.5%', True)
+    >>> plan.limit_at([5.0, 500.0])[0].tolist()
+    ['jerk of axis 0', 'velocity of axis 0']
 
     References
     ----------

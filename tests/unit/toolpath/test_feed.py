@@ -113,6 +113,7 @@ def test_a_straight_line_takes_the_time_of_the_closed_form():
 def test_the_price_of_the_jerk_limit_on_the_butterfly():
     plan = plan_feed(butterfly(), LIMITS)
     assert 0.02 < plan.price < 0.09
+    assert f"{100.0 * plan.price:.1f} % longer than without a limit of jerk" in str(plan)
     # almost no limit of jerk: almost no price
     free = plan_feed(butterfly(), FeedLimits(**LINEAR_MOTOR | {"jerk_mm_s3": 1e9}))
     assert free.time_s == pytest.approx(free.time_without_jerk_limit_s, rel=0.01)
