@@ -1,7 +1,4 @@
-"""Toolpaths in the plane and in space: NURBS by arc length, shapes, G-code, and the contour error of points reached.
-
-A path knows nothing of time: feeds are planned, and drives run, elsewhere.
-"""
+"""Toolpaths in the plane and in space: NURBS by arc length, shapes, G-code, the feed along them, and contour errors."""
 
 from rtec.toolpath.contour_error import ContourError, Estimate, contour_error, estimate, second_order_bound
 from rtec.toolpath.gcode import parse_gcode, read_gcode
