@@ -1,0 +1,257 @@
+"""Compiled feed drives: friction with memory, cascade control, and the motion of one and of two masses.
+
+Units are mm, s and N, so a mass is in N s²/mm (a thousandth of a kilogram) and stiffness in N/mm.
+
+Friction is a row of numbers; its memory is the force of each Maxwell element. An element is a spring in series with a
+slider: it carries ``held + stiffness * moved``, but no more than its share of what the sliders hold at this speed.
+Within a step this is a function of position and velocity alone, so a step is an ordinary one of Runge and Kutta; the
+memory is brought up to date at its end.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rtec._jit import Record, helper, kernel, step
+
+ELEMENTS = 4
+COULOMB, EXCESS, PER_STRIBECK, VISCOUS, PER_FADE, SHARE, STIFFNESS = 0, 1, 2, 3, 4, 5, 5 + ELEMENTS
+"""Places in a row of friction: N, N, s/mm, N s/mm, s/mm, then share of the bound and N/mm of each element."""
+FRICTION_SIZE = STIFFNESS + ELEMENTS
+GONE = 6.0
+"""Multiple of the Stribeck speed beyond which its friction is below the last digit."""
+FINE = 8
+"""Steps of a control period in which friction or play may change its regime."""
+SLIDING = 1.0 - 1e-4
+"""Share of the bound above which all elements count as sliding."""
+LOAD, ENCODER, SPEED, CURRENT, FRICTION_N = 0, 1, 2, 3, 4
+OUTPUTS = 5
+
+FloatArray = npt.NDArray[np.float64]
+CONTROL = np.dtype(
+    [(name, np.float64) for name in (
+        "period_s", "position_gain", "velocity_feedforward", "acceleration_a", "velocity_gain", "integral_share",
+        "filter_share", "limit_a", "lag_s", "integral_a", "speed", "last_mm", "open_loop",
+    )], align=True)  # fmt: skip
+"""The cascade: gains in 1/s, A s²/mm, A s/mm; then its state, and whether commands are currents."""
+MOTOR = np.dtype([(name, np.float64) for name in ("mass", "n_per_a", "per_mm", "phase", "cogging_n")], align=True)
+SCREW = np.dtype(
+    [(name, np.float64) for name in (
+        "motor_mass", "carriage_mass", "n_per_a", "stiffness", "damping", "half_play", "per_mm", "phase",
+        "runout_mm", "ripple_n", "scale",
+    )], align=True)  # fmt: skip
+
+
+def new_outputs(commands: FloatArray, every: int) -> FloatArray:
+    """Return room for what is recorded, shape (outputs, samples)."""
+    return np.empty((OUTPUTS, (commands.shape[1] - 1) // every + 1))
+
+
+def new_memory(ends: int) -> FloatArray:
+    """Return the memory of friction that carries nothing, shape (ends, elements)."""
+    return np.zeros((ends, ELEMENTS))
+
+
+@step
+def dry_bound(f: FloatArray, speed: float) -> float:
+    """Return the force at which all elements slide, at a speed without sign."""
+    ratio = speed * f[PER_STRIBECK]
+    return f[COULOMB] + (f[EXCESS] * math.exp(-ratio * ratio) if ratio < GONE else 0.0)
+
+
+@step
+def friction(f: FloatArray, held: FloatArray, moved: float, v: float) -> float:
+    """Return the force against the motion, so far from where the memory was brought up to date."""
+    bound, fade = dry_bound(f, abs(v)), v * f[PER_FADE]
+    total = f[VISCOUS] * v / (1.0 + fade * fade)
+    for k in range(ELEMENTS):
+        most = f[SHARE + k] * bound
+        total += min(max(held[k] + f[STIFFNESS + k] * moved, -most), most)
+    return total
+
+
+@step
+def remember(f: FloatArray, held: FloatArray, moved: float, v: float) -> None:
+    """Bring the memory up to date after a way."""
+    bound = dry_bound(f, abs(v))
+    for k in range(ELEMENTS):
+        most = f[SHARE + k] * bound
+        held[k] = min(max(held[k] + f[STIFFNESS + k] * moved, -most), most)
+
+
+@step
+def is_sliding(f: FloatArray, held: FloatArray, v: float, change: float) -> bool:
+    """Return whether all elements slide and go on to, where the velocity changes by no more than ``change``."""
+    total = 0.0
+    for k in range(ELEMENTS):
+        total += held[k]
+    total = total if v > 0.0 else -total
+    return abs(v) > change and total >= SLIDING * dry_bound(f, abs(v))
+
+
+@helper
+def controlled(c: Record, command: float, speed: float, acceleration: float, position: float, motor: float) -> float:
+    """Return the current that the loops ask for; ``position`` closes the position loop, ``motor`` the velocity loop."""
+    c.speed += c.filter_share * ((motor - c.last_mm) / c.period_s - c.speed)
+    c.last_mm = motor
+    if c.open_loop > 0.0:
+        return min(max(command, -c.limit_a), c.limit_a)
+    lacking = c.position_gain * (command - position) + c.velocity_feedforward * speed - c.speed
+    asked = c.velocity_gain * lacking + c.integral_a + c.acceleration_a * acceleration
+    given = min(max(asked, -c.limit_a), c.limit_a)
+    if asked == given or (asked - given) * lacking < 0.0:
+        c.integral_a += c.integral_share * lacking
+    return given
+
+
+@step
+def in_table(table: FloatArray, turns: float) -> float:
+    """Return what a periodic table holds at a position in periods; nothing if it is empty."""
+    if table.size == 0:
+        return 0.0
+    place = (turns - math.floor(turns)) * table.size
+    below = min(int(place), table.size - 1)
+    above = below + 1 if below + 1 < table.size else 0
+    return table[below] + (place - below) * (table[above] - table[below])
+
+
+@step
+def motor_acceleration(
+    m: Record, f: FloatArray, held: FloatArray, moved: float, x: float, v: float, current: float
+) -> float:
+    """Return the acceleration of a linear motor."""
+    angle = m.per_mm * x
+    cogging = m.cogging_n * math.sin(angle + m.phase)
+    return (m.n_per_a * current - cogging - friction(f, held, moved, v)) / m.mass
+
+
+@kernel
+def run_linear_motor(
+    m: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, table: FloatArray, every: int,
+    finer: int, out: FloatArray,
+) -> None:  # fmt: skip
+    """Move a linear motor along commands of shape (position, speed, acceleration, offset; ticks)."""
+    x, v, current = commands[0, 0] * (1.0 - c.open_loop) - commands[3, 0], 0.0, 0.0
+    c.last_mm = x + commands[3, 0]
+    for tick in range(commands.shape[1]):
+        seen = x + commands[3, tick]
+        if tick % every == 0:
+            at = tick // every
+            out[LOAD, at], out[ENCODER, at], out[SPEED, at], out[CURRENT, at] = x, seen, v, current
+            out[FRICTION_N, at] = friction(f, held, 0.0, v)
+        asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, seen)
+        asked += in_table(table, m.per_mm * seen / (2.0 * math.pi))
+        now = motor_acceleration(m, f, held, 0.0, x, v, current)
+        change = 2.0 * c.period_s * (abs(now) + abs(m.n_per_a * (asked - current)) / m.mass)
+        steps = finer if is_sliding(f, held, v, change) else FINE * finer
+        h = c.period_s / steps
+        decay = math.exp(-0.5 * h / c.lag_s)
+        for _ in range(steps):
+            middle = asked + (current - asked) * decay
+            end = asked + (middle - asked) * decay
+            a1 = motor_acceleration(m, f, held, 0.0, x, v, current)
+            d = 0.5 * h * v
+            a2 = motor_acceleration(m, f, held, d, x + d, v + 0.5 * h * a1, middle)
+            d += 0.25 * h * h * a1
+            a3 = motor_acceleration(m, f, held, d, x + d, v + 0.5 * h * a2, middle)
+            d = h * v + 0.5 * h * h * a2
+            a4 = motor_acceleration(m, f, held, d, x + d, v + h * a3, end)
+            d = h * v + h * h * (a1 + a2 + a3) / 6.0
+            x += d
+            v += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+            current = end
+            remember(f, held, d, v)
+
+
+@step
+def screw_turn(s: Record, q: float) -> tuple[float, float, float]:
+    """Return where the nut would stand without load, how far it goes a way of the motor, and the torque's ripple."""
+    angle = s.per_mm * q + s.phase
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return q + s.runout_mm * sine, 1.0 + s.runout_mm * s.per_mm * cosine, s.ripple_n * sine
+
+
+@step
+def beyond_play(s: Record, stretch: float) -> float:
+    """Return how far screw and nut are stretched."""
+    return max(stretch - s.half_play, 0.0) + min(stretch + s.half_play, 0.0)
+
+
+@step
+def screw_accelerations(
+    s: Record, f: FloatArray, held: FloatArray, q0: float, x0: float, q: float, x: float, p: float, v: float,
+    current: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the accelerations of motor and carriage, at q and x, with speeds p and v; the memory is of q0 and x0."""
+    nut, ratio, ripple = screw_turn(s, q)
+    force = s.stiffness * beyond_play(s, nut - x) + s.damping * (ratio * p - v)
+    motor = s.n_per_a * current - ratio * force - ripple - friction(f[0], held[0], q - q0, p)
+    return motor / s.motor_mass, (force - friction(f[1], held[1], x - x0, v)) / s.carriage_mass
+
+
+@step
+def is_smooth(
+    s: Record, f: FloatArray, held: FloatArray, q: float, x: float, p: float, v: float, motor: float, carriage: float,
+    period_s: float,
+) -> bool:  # fmt: skip
+    """Return whether both ends slide and the nut stays where it bears, with accelerations no larger than these."""
+    nut, ratio, _ = screw_turn(s, q)
+    bears = s.half_play == 0.0 or abs(nut - x) - s.half_play > 2.0 * period_s * abs(ratio * p - v)
+    reach = 2.0 * period_s
+    return bears and is_sliding(f[0], held[0], p, reach * motor) and is_sliding(f[1], held[1], v, reach * carriage)
+
+
+@kernel
+def run_ball_screw(
+    s: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, every: int, finer: int,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    """Move a ball screw along commands of shape (position, speed, acceleration, offset; ticks)."""
+    q, p, v, current = commands[0, 0] * (1.0 - c.open_loop) - commands[3, 0], 0.0, 0.0, 0.0
+    x = screw_turn(s, q)[0]
+    by_scale = s.scale > 0.0
+    c.last_mm = q if by_scale else q + commands[3, 0]
+    for tick in range(commands.shape[1]):
+        seen = (x if by_scale else q) + commands[3, tick]
+        if tick % every == 0:
+            at = tick // every
+            out[LOAD, at], out[ENCODER, at], out[SPEED, at], out[CURRENT, at] = x, seen, v, current
+            out[FRICTION_N, at] = friction(f[0], held[0], 0.0, p) + friction(f[1], held[1], 0.0, v)
+        motor = q if by_scale else seen
+        asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, motor)
+        a1, b1 = screw_accelerations(s, f, held, q, x, q, x, p, v, current)
+        change = abs(a1) + abs(s.n_per_a * (asked - current)) / s.motor_mass
+        steps = finer if is_smooth(s, f, held, q, x, p, v, change, abs(b1), c.period_s) else FINE * finer
+        h = c.period_s / steps
+        decay = math.exp(-0.5 * h / c.lag_s)
+        for _ in range(steps):
+            middle = asked + (current - asked) * decay
+            end = asked + (middle - asked) * decay
+            a1, b1 = screw_accelerations(s, f, held, q, x, q, x, p, v, current)
+            q2, x2 = q + 0.5 * h * p, x + 0.5 * h * v
+            p2, v2 = p + 0.5 * h * a1, v + 0.5 * h * b1
+            a2, b2 = screw_accelerations(s, f, held, q, x, q2, x2, p2, v2, middle)
+            q3, x3 = q + 0.5 * h * p2, x + 0.5 * h * v2
+            p3, v3 = p + 0.5 * h * a2, v + 0.5 * h * b2
+            a3, b3 = screw_accelerations(s, f, held, q, x, q3, x3, p3, v3, middle)
+            p4, v4 = p + h * a3, v + h * b3
+            a4, b4 = screw_accelerations(s, f, held, q, x, q + h * p3, x + h * v3, p4, v4, end)
+            way_q = h * (p + 2.0 * p2 + 2.0 * p3 + p4) / 6.0
+            way_x = h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
+            q, x = q + way_q, x + way_x
+            p += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+            v += h * (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 6.0
+            current = end
+            remember(f[0], held[0], way_q, p)
+            remember(f[1], held[1], way_x, v)
+
+
+@kernel
+def friction_along(f: FloatArray, held: FloatArray, way_mm: FloatArray, speed: FloatArray, out: FloatArray) -> None:
+    """Write the force against the motion after each way."""
+    for k in range(way_mm.size):
+        remember(f, held, way_mm[k], speed[k])
+        out[k] = friction(f, held, 0.0, speed[k])
