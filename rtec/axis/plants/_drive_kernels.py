@@ -37,10 +37,10 @@ CONTROL = np.dtype(
         "filter_share", "limit_a", "lag_s", "integral_a", "speed", "last_mm", "open_loop",
     )], align=True)  # fmt: skip
 """The cascade: gains in 1/s, A s²/mm, A s/mm; then its state, and whether commands are currents."""
-MOTOR = np.dtype([(name, np.float64) for name in ("mass", "n_per_a", "per_mm", "phase", "cogging_n")], align=True)
+MOTOR = np.dtype([(name, np.float64) for name in ("per_mass", "n_per_a", "per_mm", "phase", "cogging_n")], align=True)
 SCREW = np.dtype(
     [(name, np.float64) for name in (
-        "motor_mass", "carriage_mass", "n_per_a", "stiffness", "damping", "half_play", "per_mm", "phase",
+        "per_motor", "per_carriage", "n_per_a", "stiffness", "damping", "half_play", "per_mm", "phase",
         "runout_mm", "ripple_n", "scale",
     )], align=True)  # fmt: skip
 
@@ -119,13 +119,19 @@ def in_table(table: FloatArray, turns: float) -> float:
 
 
 @step
+def turned(sine: float, cosine: float, angle: float) -> float:
+    """Return the sine a small angle further; it may be 0.1, where the series is cut at 1e-7."""
+    square = angle * angle
+    return sine * (1.0 - square * (0.5 - square / 24.0)) + cosine * angle * (1.0 - square / 6.0)
+
+
+@step
 def motor_acceleration(
-    m: Record, f: FloatArray, held: FloatArray, moved: float, x: float, v: float, current: float
+    m: Record, f: FloatArray, held: FloatArray, sine: float, cosine: float, moved: float, v: float, current: float
 ) -> float:
-    """Return the acceleration of a linear motor."""
-    angle = m.per_mm * x
-    cogging = m.cogging_n * math.sin(angle + m.phase)
-    return (m.n_per_a * current - cogging - friction(f, held, moved, v)) / m.mass
+    """Return the acceleration of a linear motor, so far from where its place among the magnets is known."""
+    cogging = m.cogging_n * turned(sine, cosine, m.per_mm * moved)
+    return (m.n_per_a * current - cogging - friction(f, held, moved, v)) * m.per_mass
 
 
 @kernel
@@ -144,34 +150,28 @@ def run_linear_motor(
             out[FRICTION_N, at] = friction(f, held, 0.0, v)
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, seen)
         asked += in_table(table, m.per_mm * seen / (2.0 * math.pi))
-        now = motor_acceleration(m, f, held, 0.0, x, v, current)
-        change = 2.0 * c.period_s * (abs(now) + abs(m.n_per_a * (asked - current)) / m.mass)
+        sine, cosine = math.sin(m.per_mm * x + m.phase), math.cos(m.per_mm * x + m.phase)
+        now = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
+        change = 2.0 * c.period_s * (abs(now) + abs(m.n_per_a * (asked - current)) * m.per_mass)
         steps = finer if is_sliding(f, held, v, change) else FINE * finer
         h = c.period_s / steps
         decay = math.exp(-0.5 * h / c.lag_s)
         for _ in range(steps):
             middle = asked + (current - asked) * decay
             end = asked + (middle - asked) * decay
-            a1 = motor_acceleration(m, f, held, 0.0, x, v, current)
+            a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
             d = 0.5 * h * v
-            a2 = motor_acceleration(m, f, held, d, x + d, v + 0.5 * h * a1, middle)
+            a2 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a1, middle)
             d += 0.25 * h * h * a1
-            a3 = motor_acceleration(m, f, held, d, x + d, v + 0.5 * h * a2, middle)
+            a3 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a2, middle)
             d = h * v + 0.5 * h * h * a2
-            a4 = motor_acceleration(m, f, held, d, x + d, v + h * a3, end)
+            a4 = motor_acceleration(m, f, held, sine, cosine, d, v + h * a3, end)
             d = h * v + h * h * (a1 + a2 + a3) / 6.0
             x += d
             v += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
-            current = end
+            current, turn = end, m.per_mm * d
+            sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
             remember(f, held, d, v)
-
-
-@step
-def screw_turn(s: Record, q: float) -> tuple[float, float, float]:
-    """Return where the nut would stand without load, how far it goes a way of the motor, and the torque's ripple."""
-    angle = s.per_mm * q + s.phase
-    sine, cosine = math.sin(angle), math.cos(angle)
-    return q + s.runout_mm * sine, 1.0 + s.runout_mm * s.per_mm * cosine, s.ripple_n * sine
 
 
 @step
@@ -182,25 +182,31 @@ def beyond_play(s: Record, stretch: float) -> float:
 
 @step
 def screw_accelerations(
-    s: Record, f: FloatArray, held: FloatArray, q0: float, x0: float, q: float, x: float, p: float, v: float,
-    current: float,
+    s: Record, f: FloatArray, held: FloatArray, sine: float, cosine: float, stretch: float, way_q: float,
+    way_x: float, p: float, v: float, current: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return the accelerations of motor and carriage, at q and x, with speeds p and v; the memory is of q0 and x0."""
-    nut, ratio, ripple = screw_turn(s, q)
-    force = s.stiffness * beyond_play(s, nut - x) + s.damping * (ratio * p - v)
-    motor = s.n_per_a * current - ratio * force - ripple - friction(f[0], held[0], q - q0, p)
-    return motor / s.motor_mass, (force - friction(f[1], held[1], x - x0, v)) / s.carriage_mass
+    """Return the accelerations of motor and carriage with speeds p and v, both ways after the memory's moment.
+
+    ``sine`` and ``cosine`` are of the screw's angle at that moment, ``stretch`` is how far motor and carriage are
+    apart.
+    """
+    turn = s.per_mm * way_q
+    wave = turned(sine, cosine, turn)
+    ratio = 1.0 + s.runout_mm * s.per_mm * turned(cosine, -sine, turn)
+    bent = stretch + way_q - way_x + s.runout_mm * wave
+    force = s.stiffness * beyond_play(s, bent) + s.damping * (ratio * p - v)
+    motor = s.n_per_a * current - ratio * force - s.ripple_n * wave - friction(f[0], held[0], way_q, p)
+    return motor * s.per_motor, (force - friction(f[1], held[1], way_x, v)) * s.per_carriage
 
 
 @step
 def is_smooth(
-    s: Record, f: FloatArray, held: FloatArray, q: float, x: float, p: float, v: float, motor: float, carriage: float,
+    s: Record, f: FloatArray, held: FloatArray, bent: float, p: float, v: float, motor: float, carriage: float,
     period_s: float,
 ) -> bool:  # fmt: skip
     """Return whether both ends slide and the nut stays where it bears, with accelerations no larger than these."""
-    nut, ratio, _ = screw_turn(s, q)
-    bears = s.half_play == 0.0 or abs(nut - x) - s.half_play > 2.0 * period_s * abs(ratio * p - v)
     reach = 2.0 * period_s
+    bears = s.half_play == 0.0 or abs(bent) - s.half_play > reach * abs(p - v)
     return bears and is_sliding(f[0], held[0], p, reach * motor) and is_sliding(f[1], held[1], v, reach * carriage)
 
 
@@ -211,7 +217,7 @@ def run_ball_screw(
 ) -> None:  # fmt: skip
     """Move a ball screw along commands of shape (position, speed, acceleration, offset; ticks)."""
     q, p, v, current = commands[0, 0] * (1.0 - c.open_loop) - commands[3, 0], 0.0, 0.0, 0.0
-    x = screw_turn(s, q)[0]
+    x = q + s.runout_mm * math.sin(s.per_mm * q + s.phase)
     by_scale = s.scale > 0.0
     c.last_mm = q if by_scale else q + commands[3, 0]
     for tick in range(commands.shape[1]):
@@ -222,29 +228,31 @@ def run_ball_screw(
             out[FRICTION_N, at] = friction(f[0], held[0], 0.0, p) + friction(f[1], held[1], 0.0, v)
         motor = q if by_scale else seen
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, motor)
-        a1, b1 = screw_accelerations(s, f, held, q, x, q, x, p, v, current)
-        change = abs(a1) + abs(s.n_per_a * (asked - current)) / s.motor_mass
-        steps = finer if is_smooth(s, f, held, q, x, p, v, change, abs(b1), c.period_s) else FINE * finer
+        sine, cosine = math.sin(s.per_mm * q + s.phase), math.cos(s.per_mm * q + s.phase)
+        a1, b1 = screw_accelerations(s, f, held, sine, cosine, q - x, 0.0, 0.0, p, v, current)
+        a1, b1 = abs(a1) + abs(s.n_per_a * (asked - current)) * s.per_motor, abs(b1)
+        smooth = is_smooth(s, f, held, q - x + s.runout_mm * sine, p, v, a1, b1, c.period_s)
+        steps = finer if smooth else FINE * finer
         h = c.period_s / steps
         decay = math.exp(-0.5 * h / c.lag_s)
         for _ in range(steps):
             middle = asked + (current - asked) * decay
             end = asked + (middle - asked) * decay
-            a1, b1 = screw_accelerations(s, f, held, q, x, q, x, p, v, current)
-            q2, x2 = q + 0.5 * h * p, x + 0.5 * h * v
-            p2, v2 = p + 0.5 * h * a1, v + 0.5 * h * b1
-            a2, b2 = screw_accelerations(s, f, held, q, x, q2, x2, p2, v2, middle)
-            q3, x3 = q + 0.5 * h * p2, x + 0.5 * h * v2
-            p3, v3 = p + 0.5 * h * a2, v + 0.5 * h * b2
-            a3, b3 = screw_accelerations(s, f, held, q, x, q3, x3, p3, v3, middle)
+            half, apart = 0.5 * h, q - x
+            a1, b1 = screw_accelerations(s, f, held, sine, cosine, apart, 0.0, 0.0, p, v, current)
+            p2, v2 = p + half * a1, v + half * b1
+            a2, b2 = screw_accelerations(s, f, held, sine, cosine, apart, half * p, half * v, p2, v2, middle)
+            p3, v3 = p + half * a2, v + half * b2
+            a3, b3 = screw_accelerations(s, f, held, sine, cosine, apart, half * p2, half * v2, p3, v3, middle)
             p4, v4 = p + h * a3, v + h * b3
-            a4, b4 = screw_accelerations(s, f, held, q, x, q + h * p3, x + h * v3, p4, v4, end)
+            a4, b4 = screw_accelerations(s, f, held, sine, cosine, apart, h * p3, h * v3, p4, v4, end)
             way_q = h * (p + 2.0 * p2 + 2.0 * p3 + p4) / 6.0
             way_x = h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
             q, x = q + way_q, x + way_x
             p += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
             v += h * (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 6.0
-            current = end
+            current, turn = end, s.per_mm * way_q
+            sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
             remember(f[0], held[0], way_q, p)
             remember(f[1], held[1], way_x, v)
 

@@ -115,7 +115,7 @@ class BallScrew:
     def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
         """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
         s = new_record(kernels.SCREW)
-        s.motor_mass, s.carriage_mass, s.n_per_a = 1e-3 * self.motor_mass_kg, 1e-3 * self.carriage_kg, self.n_per_a
+        s.per_motor, s.per_carriage, s.n_per_a = 1e3 / self.motor_mass_kg, 1e3 / self.carriage_kg, self.n_per_a
         s.stiffness, s.damping = 1e3 * self.stiffness_n_um, 1e-3 * self.damping_n_s_m
         s.half_play, s.per_mm = 0.5e-3 * self.backlash_um, 2.0 * math.pi / self.lead_mm
         s.scale = float(self.feedback is Feedback.LINEAR_SCALE)

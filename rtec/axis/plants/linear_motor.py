@@ -62,7 +62,7 @@ class LinearMotor:
     def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
         """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
         m = new_record(kernels.MOTOR)
-        m.mass, m.n_per_a = 1e-3 * self.mass_kg, self.n_per_a
+        m.per_mass, m.n_per_a = 1e3 / self.mass_kg, self.n_per_a
         m.per_mm, m.phase = 2.0 * math.pi / self.cogging_period_mm, math.radians(self.cogging_phase_deg)
         m.cogging_n = self.cogging_n
         c = self.cascade.state(self.mass_kg, self.n_per_a, open_loop=open_loop)
