@@ -2,7 +2,7 @@
 
 Nothing is shared with the kernels: plain floats in mm, s and N. Within a period friction is a function of the way
 since its memory was brought up to date and of the speed; it is brought up to date each period and wherever an end
-turns round, which the solver locates.
+turns round, which the solver locates (the first turn of a period).
 """
 
 from __future__ import annotations
@@ -56,7 +56,11 @@ class Motor:
         table = self.drive.feedforward_map_a
         if not table:
             return 0.0
-        return float(np.interp(seen / self.drive.cogging_period_mm % 1.0, np.linspace(0, 1, len(table) + 1), [*table, table[0]]))
+        return float(
+            np.interp(
+                seen / self.drive.cogging_period_mm % 1.0, np.linspace(0, 1, len(table) + 1), [*table, table[0]]
+            )
+        )
 
 
 class Screw:
@@ -138,14 +142,14 @@ def _one_period(plant, given, off, period, lag, solver):
     turns = [lambda t, y, place=place: y[place] for place in places]
     for turn in turns:
         turn.terminal = True
-    while now < period:
+    while period - now > 1e-12:
         y0 = list(plant.state)
         done = solve_ivp(
             lambda t, y, y0=y0: plant.rates(y, y0, given + off * math.exp(-t / lag)),
             (now, period), y0, method=method, rtol=rtol, atol=atol, first_step=(period - now) / 4,
-            events=turns if period - now > 1e-9 else None,
+            events=turns,
         )  # fmt: skip
         plant.state = [float(value) for value in done.y[:, -1]]
         for end, place in zip(plant.ends, places, strict=True):
             end.held = end.forces(plant.state[place - 1] - y0[place - 1], plant.state[place])
-        now = float(done.t[-1])
+        now, turns = float(done.t[-1]), None

@@ -15,7 +15,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from rtec._jit import Record, helper, kernel, step
+from rtec._jit import Record, fused_kernel, fused_step, helper
 
 ELEMENTS = 4
 COULOMB, EXCESS, PER_STRIBECK, VISCOUS, PER_FADE, SHARE, STIFFNESS = 0, 1, 2, 3, 4, 5, 5 + ELEMENTS
@@ -55,14 +55,14 @@ def new_memory(ends: int) -> FloatArray:
     return np.zeros((ends, ELEMENTS))
 
 
-@step
+@fused_step
 def dry_bound(f: FloatArray, speed: float) -> float:
     """Return the force at which all elements slide, at a speed without sign."""
     ratio = speed * f[PER_STRIBECK]
-    return f[COULOMB] + (f[EXCESS] * math.exp(-ratio * ratio) if ratio < GONE else 0.0)
+    return float(f[COULOMB] + (f[EXCESS] * math.exp(-ratio * ratio) if ratio < GONE else 0.0))
 
 
-@step
+@fused_step
 def friction(f: FloatArray, held: FloatArray, moved: float, v: float) -> float:
     """Return the force against the motion, so far from where the memory was brought up to date."""
     bound, fade = dry_bound(f, abs(v)), v * f[PER_FADE]
@@ -70,10 +70,10 @@ def friction(f: FloatArray, held: FloatArray, moved: float, v: float) -> float:
     for k in range(ELEMENTS):
         most = f[SHARE + k] * bound
         total += min(max(held[k] + f[STIFFNESS + k] * moved, -most), most)
-    return total
+    return float(total)
 
 
-@step
+@fused_step
 def remember(f: FloatArray, held: FloatArray, moved: float, v: float) -> None:
     """Bring the memory up to date after a way."""
     bound = dry_bound(f, abs(v))
@@ -82,32 +82,32 @@ def remember(f: FloatArray, held: FloatArray, moved: float, v: float) -> None:
         held[k] = min(max(held[k] + f[STIFFNESS + k] * moved, -most), most)
 
 
-@step
+@fused_step
 def is_sliding(f: FloatArray, held: FloatArray, v: float, change: float) -> bool:
     """Return whether all elements slide and go on to, where the velocity changes by no more than ``change``."""
     total = 0.0
     for k in range(ELEMENTS):
         total += held[k]
     total = total if v > 0.0 else -total
-    return abs(v) > change and total >= SLIDING * dry_bound(f, abs(v))
+    return bool(abs(v) > change and total >= SLIDING * dry_bound(f, abs(v)))
 
 
 @helper
 def controlled(c: Record, command: float, speed: float, acceleration: float, position: float, motor: float) -> float:
-    """Return the current that the loops ask for; ``position`` closes the position loop, ``motor`` the velocity loop."""
+    """Return the current that the loops ask for: ``position`` closes the outer, ``motor`` the velocity loop."""
     c.speed += c.filter_share * ((motor - c.last_mm) / c.period_s - c.speed)
     c.last_mm = motor
     if c.open_loop > 0.0:
-        return min(max(command, -c.limit_a), c.limit_a)
+        return float(min(max(command, -c.limit_a), c.limit_a))
     lacking = c.position_gain * (command - position) + c.velocity_feedforward * speed - c.speed
     asked = c.velocity_gain * lacking + c.integral_a + c.acceleration_a * acceleration
     given = min(max(asked, -c.limit_a), c.limit_a)
     if asked == given or (asked - given) * lacking < 0.0:
         c.integral_a += c.integral_share * lacking
-    return given
+    return float(given)
 
 
-@step
+@fused_step
 def in_table(table: FloatArray, turns: float) -> float:
     """Return what a periodic table holds at a position in periods; nothing if it is empty."""
     if table.size == 0:
@@ -115,26 +115,26 @@ def in_table(table: FloatArray, turns: float) -> float:
     place = (turns - math.floor(turns)) * table.size
     below = min(int(place), table.size - 1)
     above = below + 1 if below + 1 < table.size else 0
-    return table[below] + (place - below) * (table[above] - table[below])
+    return float(table[below] + (place - below) * (table[above] - table[below]))
 
 
-@step
+@fused_step
 def turned(sine: float, cosine: float, angle: float) -> float:
     """Return the sine a small angle further; it may be 0.1, where the series is cut at 1e-7."""
     square = angle * angle
     return sine * (1.0 - square * (0.5 - square / 24.0)) + cosine * angle * (1.0 - square / 6.0)
 
 
-@step
+@fused_step
 def motor_acceleration(
     m: Record, f: FloatArray, held: FloatArray, sine: float, cosine: float, moved: float, v: float, current: float
 ) -> float:
     """Return the acceleration of a linear motor, so far from where its place among the magnets is known."""
     cogging = m.cogging_n * turned(sine, cosine, m.per_mm * moved)
-    return (m.n_per_a * current - cogging - friction(f, held, moved, v)) * m.per_mass
+    return float((m.n_per_a * current - cogging - friction(f, held, moved, v)) * m.per_mass)
 
 
-@kernel
+@fused_kernel
 def run_linear_motor(
     m: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, table: FloatArray, every: int,
     finer: int, out: FloatArray,
@@ -151,15 +151,16 @@ def run_linear_motor(
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, seen)
         asked += in_table(table, m.per_mm * seen / (2.0 * math.pi))
         sine, cosine = math.sin(m.per_mm * x + m.phase), math.cos(m.per_mm * x + m.phase)
-        now = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
-        change = 2.0 * c.period_s * (abs(now) + abs(m.n_per_a * (asked - current)) * m.per_mass)
+        a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
+        change = 2.0 * c.period_s * (abs(a1) + abs(m.n_per_a * (asked - current)) * m.per_mass)
         steps = finer if is_sliding(f, held, v, change) else FINE * finer
         h = c.period_s / steps
         decay = math.exp(-0.5 * h / c.lag_s)
-        for _ in range(steps):
+        for k in range(steps):
             middle = asked + (current - asked) * decay
             end = asked + (middle - asked) * decay
-            a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
+            if k > 0:
+                a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
             d = 0.5 * h * v
             a2 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a1, middle)
             d += 0.25 * h * h * a1
@@ -174,13 +175,13 @@ def run_linear_motor(
             remember(f, held, d, v)
 
 
-@step
+@fused_step
 def beyond_play(s: Record, stretch: float) -> float:
     """Return how far screw and nut are stretched."""
-    return max(stretch - s.half_play, 0.0) + min(stretch + s.half_play, 0.0)
+    return float(max(stretch - s.half_play, 0.0) + min(stretch + s.half_play, 0.0))
 
 
-@step
+@fused_step
 def screw_accelerations(
     s: Record, f: FloatArray, held: FloatArray, sine: float, cosine: float, stretch: float, way_q: float,
     way_x: float, p: float, v: float, current: float,
@@ -199,7 +200,7 @@ def screw_accelerations(
     return motor * s.per_motor, (force - friction(f[1], held[1], way_x, v)) * s.per_carriage
 
 
-@step
+@fused_step
 def is_smooth(
     s: Record, f: FloatArray, held: FloatArray, bent: float, p: float, v: float, motor: float, carriage: float,
     period_s: float,
@@ -210,7 +211,7 @@ def is_smooth(
     return bears and is_sliding(f[0], held[0], p, reach * motor) and is_sliding(f[1], held[1], v, reach * carriage)
 
 
-@kernel
+@fused_kernel
 def run_ball_screw(
     s: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, every: int, finer: int,
     out: FloatArray,
@@ -230,16 +231,17 @@ def run_ball_screw(
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, motor)
         sine, cosine = math.sin(s.per_mm * q + s.phase), math.cos(s.per_mm * q + s.phase)
         a1, b1 = screw_accelerations(s, f, held, sine, cosine, q - x, 0.0, 0.0, p, v, current)
-        a1, b1 = abs(a1) + abs(s.n_per_a * (asked - current)) * s.per_motor, abs(b1)
-        smooth = is_smooth(s, f, held, q - x + s.runout_mm * sine, p, v, a1, b1, c.period_s)
+        change = abs(a1) + abs(s.n_per_a * (asked - current)) * s.per_motor
+        smooth = is_smooth(s, f, held, q - x + s.runout_mm * sine, p, v, change, abs(b1), c.period_s)
         steps = finer if smooth else FINE * finer
         h = c.period_s / steps
         decay = math.exp(-0.5 * h / c.lag_s)
-        for _ in range(steps):
+        for k in range(steps):
             middle = asked + (current - asked) * decay
             end = asked + (middle - asked) * decay
             half, apart = 0.5 * h, q - x
-            a1, b1 = screw_accelerations(s, f, held, sine, cosine, apart, 0.0, 0.0, p, v, current)
+            if k > 0:
+                a1, b1 = screw_accelerations(s, f, held, sine, cosine, apart, 0.0, 0.0, p, v, current)
             p2, v2 = p + half * a1, v + half * b1
             a2, b2 = screw_accelerations(s, f, held, sine, cosine, apart, half * p, half * v, p2, v2, middle)
             p3, v3 = p + half * a2, v + half * b2
@@ -257,7 +259,7 @@ def run_ball_screw(
             remember(f[1], held[1], way_x, v)
 
 
-@kernel
+@fused_kernel
 def friction_along(f: FloatArray, held: FloatArray, way_mm: FloatArray, speed: FloatArray, out: FloatArray) -> None:
     """Write the force against the motion after each way."""
     for k in range(way_mm.size):

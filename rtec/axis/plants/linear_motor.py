@@ -24,9 +24,9 @@ class LinearMotor:
 
     Notes
     -----
-    ``m a = kf i - cogging sin(2 pi x / period + phase) - friction``. The paper's figure 5 runs from 0.4 to 0.9 A, with
-    0.5 A of breakaway: 0.42 A of dry and 0.32 A s/m of viscous friction, and a fade that takes 20 % of the whole at
-    2 m/s and 1 % at 0.5 m/s, where the paper sees the curve bend.
+    ``m a = kf i - cogging sin(2 pi x / period + phase) - friction``. The paper's figure 5 runs from 0.4 to 0.9 A,
+    with 0.5 A of breakaway: 0.42 A of dry and 0.32 A s/m of viscous friction, and a fade that takes 20 % of the whole
+    at 2 m/s and 1 % at 0.5 m/s, where the paper sees the curve bend.
 
     Examples
     --------
