@@ -2,7 +2,7 @@
 
 Nothing is shared with the kernels: plain floats in mm, s and N. Within a period friction is a function of the way
 since its memory was brought up to date and of the speed; it is brought up to date each period and wherever an end
-turns round, which the solver locates (the first turn of a period).
+turns round, which the solver locates (once a period and end).
 """
 
 from __future__ import annotations
@@ -128,8 +128,8 @@ def reference(drive, commands, *, method="Radau", open_loop=False, rtol=1e-10, a
         if open_loop:
             asked = command
         given = min(max(asked, -c.limit_a), c.limit_a)
-        if not open_loop and (given == asked or (asked - given) * lacking < 0):
-            integral += gain * period / c.integral_time_s * lacking
+        if not open_loop:
+            integral += gain * period / c.integral_time_s * lacking + 0.1 * (given - asked)
         given += plant.table(position)
         _one_period(plant, given, current - given, period, lag, (method, rtol, atol))
         current = given + (current - given) * math.exp(-period / lag)
@@ -147,9 +147,10 @@ def _one_period(plant, given, off, period, lag, solver):
         done = solve_ivp(
             lambda t, y, y0=y0: plant.rates(y, y0, given + off * math.exp(-t / lag)),
             (now, period), y0, method=method, rtol=rtol, atol=atol, first_step=(period - now) / 4,
-            events=turns,
+            events=turns or None,
         )  # fmt: skip
         plant.state = [float(value) for value in done.y[:, -1]]
         for end, place in zip(plant.ends, places, strict=True):
             end.held = end.forces(plant.state[place - 1] - y0[place - 1], plant.state[place])
-        now, turns = float(done.t[-1]), None
+        turns = [turn for turn, at in zip(turns, done.t_events or [], strict=False) if at.size == 0]
+        now = float(done.t[-1])

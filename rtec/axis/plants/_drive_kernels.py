@@ -27,6 +27,8 @@ FINE = 8
 """Steps of a control period in which friction or play may change its regime."""
 SLIDING = 1.0 - 1e-4
 """Share of the bound above which all elements count as sliding."""
+RELEASE = 0.1
+"""Share of what the limit cuts off that the integral gives up in a period: without a jump, so that steps converge."""
 LOAD, ENCODER, SPEED, CURRENT, FRICTION_N = 0, 1, 2, 3, 4
 OUTPUTS = 5
 
@@ -102,8 +104,7 @@ def controlled(c: Record, command: float, speed: float, acceleration: float, pos
     lacking = c.position_gain * (command - position) + c.velocity_feedforward * speed - c.speed
     asked = c.velocity_gain * lacking + c.integral_a + c.acceleration_a * acceleration
     given = min(max(asked, -c.limit_a), c.limit_a)
-    if asked == given or (asked - given) * lacking < 0.0:
-        c.integral_a += c.integral_share * lacking
+    c.integral_a += c.integral_share * lacking + RELEASE * (given - asked)
     return float(given)
 
 

@@ -12,8 +12,7 @@ from rtec._jit import new_record
 from rtec.axis.plants import _drive_kernels as kernels
 from rtec.axis.plants.cascade import Cascade
 from rtec.axis.plants.friction import FloatArray, Friction
-from rtec.checks import number_within
-from rtec.errors import ArgumentError
+from rtec.checks import number_within, one_of_types
 
 
 class Feedback(Enum):
@@ -54,7 +53,7 @@ class BallScrew:
     Raises
     ------
     ArgumentError
-        A value outside its range.
+        A value outside its range, or a part of another type.
 
     Notes
     -----
@@ -99,8 +98,18 @@ class BallScrew:
         number_within("stiffness_n_um", self.stiffness_n_um, 0.1, 1e4, unit="N/um")
         number_within("damping_n_s_m", self.damping_n_s_m, 0.0, 1e6, unit="N s/m")
         number_within("backlash_um", self.backlash_um, 0.0, 1e4)
-        if not isinstance(self.feedback, Feedback):
-            raise ArgumentError("feedback", repr(self.feedback)[:60], " or ".join(map(str, Feedback)))
+        one_of_types("motor_friction", self.motor_friction, Friction)
+        one_of_types("carriage_friction", self.carriage_friction, Friction)
+        one_of_types("once_a_turn", self.once_a_turn, ScrewRunout, TorqueRipple, type(None))
+        one_of_types("feedback", self.feedback, Feedback)
+        one_of_types("cascade", self.cascade, Cascade)
+        self._steps()
+
+    def _steps(self) -> int:
+        ends = ((self.motor_mass_kg, self.motor_friction), (self.carriage_kg, self.carriage_friction))
+        stiff = sum((1e6 * self.stiffness_n_um + 1e3 * friction.stiffness_n_mm) / mass for mass, friction in ends)
+        damped = sum(self.damping_n_s_m / mass for mass, _ in ends)
+        return self.cascade.steps(max(stiff, damped**2))
 
     @property
     def motor_mass_kg(self) -> float:
@@ -128,5 +137,5 @@ class BallScrew:
         c = self.cascade.state(self.motor_mass_kg + self.carriage_kg, self.n_per_a, open_loop=open_loop)
         f = np.stack([self.motor_friction.numbers(), self.carriage_friction.numbers()])
         out = kernels.new_outputs(commands, every)
-        kernels.run_ball_screw(s, c, f, kernels.new_memory(2), commands, every, finer, out)
+        kernels.run_ball_screw(s, c, f, kernels.new_memory(2), commands, every, finer * self._steps(), out)
         return out

@@ -8,6 +8,12 @@ from dataclasses import dataclass
 from rtec._jit import Record, new_record
 from rtec.axis.plants._drive_kernels import CONTROL
 from rtec.checks import number_within
+from rtec.errors import ArgumentError
+
+STEP_RAD = 0.25
+"""Largest step of the fastest motion: the method then errs by 1e-5 of a turn of it."""
+MOST_STEPS = 64
+"""Of a period, so that a run ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +28,7 @@ class Cascade:
     Notes
     -----
     At each period: ``v* = kv (command - actual) + kff v_command``, ``i* = kp (v* - v) + integral + aff a_command``,
-    cut to the limit of current; the integral stands while the limit binds. The closed current loop is a first-order
+    cut to the limit of current; the integral gives up what the limit cuts off. The closed current loop is a first-order
     lag, which the kernels integrate exactly. The velocity is the difference of two positions of the encoder, through
     a first-order filter, so a corrector's insertion is seen as a speed.
 
@@ -64,6 +70,21 @@ class Cascade:
         number_within("filter_hz", self.filter_hz, 10.0, 1e6)
         number_within("current_bandwidth_hz", self.current_bandwidth_hz, 10.0, 1e5)
         number_within("limit_a", self.limit_a, 1e-3, 1e4, unit="A")
+
+    def steps(self, squared_rate_per_s2: float) -> int:
+        """Return in how many steps a period is integrated, for a bound of the square of the fastest rate.
+
+        Raises
+        ------
+        ArgumentError
+            Too fast: the drive is too stiff for its masses.
+        """
+        rate_hz = math.sqrt(squared_rate_per_s2) / (2.0 * math.pi)
+        fastest_hz = MOST_STEPS * STEP_RAD / (2e-6 * math.pi * self.period_us)
+        if not rate_hz <= fastest_hz:
+            allowed = f"at most {fastest_hz:.4g} Hz: less stiffness or more mass"
+            raise ArgumentError("drive", f"a resonance of {rate_hz:.4g} Hz", allowed)
+        return max(1, math.ceil(2e-6 * math.pi * rate_hz * self.period_us / STEP_RAD))
 
     def state(self, mass_kg: float, n_per_a: float, *, open_loop: bool) -> Record:
         """Return the kernels' record of the loops at rest, for a mass and the force of a current."""

@@ -77,6 +77,11 @@ class Friction:
         kernels.friction_along(self.numbers(), np.zeros(kernels.ELEMENTS), way, speed, force)
         return force
 
+    @property
+    def stiffness_n_mm(self) -> float:
+        """Force a way at rest, before any element slips."""
+        return float(self.numbers()[kernels.STIFFNESS :].sum())
+
     def numbers(self) -> FloatArray:
         """Return the row of numbers of the kernels."""
         share = 1.0 / kernels.ELEMENTS

@@ -9,7 +9,7 @@ from rtec._jit import new_record
 from rtec.axis.plants import _drive_kernels as kernels
 from rtec.axis.plants.cascade import Cascade
 from rtec.axis.plants.friction import FloatArray, Friction
-from rtec.checks import number_within
+from rtec.checks import number_within, one_of_types
 from rtec.compiled import finite_array
 
 
@@ -20,7 +20,7 @@ class LinearMotor:
     Raises
     ------
     ArgumentError
-        A value outside its range.
+        A value outside its range, or a part of another type.
 
     Notes
     -----
@@ -58,6 +58,13 @@ class LinearMotor:
         number_within("cogging_period_mm", self.cogging_period_mm, 0.1, 1e4)
         number_within("cogging_phase_deg", self.cogging_phase_deg, -360.0, 360.0)
         finite_array("feedforward_map_a", self.feedforward_map_a)
+        one_of_types("friction", self.friction, Friction)
+        one_of_types("cascade", self.cascade, Cascade)
+        self._steps()
+
+    def _steps(self) -> int:
+        stiffness = self.friction.stiffness_n_mm + 2.0 * math.pi * self.cogging_n / self.cogging_period_mm
+        return self.cascade.steps(1e3 * stiffness / self.mass_kg)
 
     def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
         """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
@@ -69,5 +76,7 @@ class LinearMotor:
         out = kernels.new_outputs(commands, every)
         table = finite_array("feedforward_map_a", self.feedforward_map_a).copy()
         held = kernels.new_memory(1)[0]
-        kernels.run_linear_motor(m, c, self.friction.numbers(), held, commands, table, every, finer, out)
+        kernels.run_linear_motor(
+            m, c, self.friction.numbers(), held, commands, table, every, finer * self._steps(), out
+        )
         return out

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from rtec.axis.plants import _drive_kernels as kernels
-from rtec.axis.plants.cascade import Cascade
+from rtec.axis.plants.ball_screw import BallScrew
+from rtec.axis.plants.linear_motor import LinearMotor
+from rtec.checks import one_of_types
 from rtec.compiled import finite_array
 from rtec.errors import ArgumentError
 
@@ -18,21 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 Corrector: TypeAlias = Callable[[FloatArray], npt.ArrayLike] | npt.ArrayLike
 MOST_PERIODS = 10_000
 """Control periods in one of the interpolation."""
-
-
-class Drive(Protocol):
-    """What can be run: a file of this folder each."""
-
-    @property
-    def cascade(self) -> Cascade:
-        """Its loops."""
-
-    @property
-    def n_per_a(self) -> float:
-        """Force of a current."""
-
-    def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
-        """Return what is recorded, with steps so many times finer than the coarsest."""
+Drive: TypeAlias = BallScrew | LinearMotor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,9 +74,9 @@ def run_drive(
         A `BallScrew` or a `LinearMotor`.
     time_s, command_mm
         Shape (samples,), equally spaced by a whole number of control periods; a command is due at its time, and the
-        drive goes straight from one to the next.
+        drive interpolates by cubics with the slopes of central differences.
     velocity_mm_s, acceleration_mm_s2
-        For the feed-forwards, shape (samples,); differences of the command where they are not given.
+        For the feed-forwards, shape (samples,); central differences where they are not given.
     corrector
         What is added to the encoder's position in mm: an array of shape (samples,), held for a sample, or a function
         of times in s.
@@ -100,8 +88,8 @@ def run_drive(
 
     Notes
     -----
-    The motion is integrated twice, with steps h and h/2, h being a control period or an eighth of one where friction
-    or play may change regime. The finer run is returned; its error is below the difference, the order being one at
+    The motion is integrated twice, with steps h and h/2, h being a control period (less for a drive stiffer than these)
+    or an eighth of it where friction or play may change regime. The finer run is returned; its error is below the difference, the order being one at
     least.
 
     Examples
@@ -121,20 +109,20 @@ def run_drive(
     def between(values: FloatArray) -> FloatArray:
         return np.interp(ticks, samples, values)
 
-    slope = np.append(np.diff(command) / period_s, 0.0)
-    slope[-1] = slope[-2]
-    speed = _held(slope, every) if velocity_mm_s is None else between(_like(time, "velocity_mm_s", velocity_mm_s))
+    derived = np.gradient(command, period_s)
+    speed = derived if velocity_mm_s is None else _like(time, "velocity_mm_s", velocity_mm_s)
     if acceleration_mm_s2 is None:
-        acceleration = _held(np.append(0.0, np.diff(slope)) / period_s, every)
+        acceleration = np.gradient(speed, period_s)
     else:
-        acceleration = between(_like(time, "acceleration_mm_s2", acceleration_mm_s2))
+        acceleration = _like(time, "acceleration_mm_s2", acceleration_mm_s2)
     offset = np.zeros(ticks.size)
     if callable(corrector):
         at_s = time[0] + ticks * period_s
-        offset = _like(at_s, "corrector", np.broadcast_to(np.asarray(corrector(at_s), dtype=np.float64), at_s.shape))
+        offset = _like(at_s, "corrector", corrector(at_s))
     elif corrector is not None:
         offset = _held(_like(time, "corrector", corrector), every)
-    commands = np.stack([between(command), speed, acceleration, offset])
+    position = _cubic(command, period_s * derived, every)
+    commands = np.stack([position, between(speed), between(acceleration), offset])
     return _run(drive, time, command, commands, every, open_loop=False)
 
 
@@ -195,8 +183,6 @@ def _run(
 ) -> DriveRun:
     coarse = drive.simulate(commands, every, 1, open_loop=open_loop)
     out = drive.simulate(commands, every, 2, open_loop=open_loop)
-    if not np.isfinite(out).all():
-        raise ArgumentError("drive", "a run that diverges", "gains with which the loops are stable")
     places = [kernels.LOAD, kernels.ENCODER]
     return DriveRun(
         time_s=time,
@@ -213,6 +199,7 @@ def _run(
 
 def _clock(drive: Drive, time_s: npt.ArrayLike) -> tuple[FloatArray, int]:
     """Return times, and how many control periods lie between two of them."""
+    one_of_types("drive", drive, BallScrew, LinearMotor)
     time = finite_array("time_s", time_s)
     if time.size < 2:
         raise ArgumentError("time_s", f"{time.size} samples", "2 samples or more")
@@ -231,6 +218,16 @@ def _like(time: FloatArray, name: str, values: npt.ArrayLike) -> FloatArray:
     if array.size != time.size:
         raise ArgumentError(name, f"{array.size} numbers", f"{time.size}, one for each time")
     return array
+
+
+def _cubic(values: FloatArray, slopes: FloatArray, every: int) -> FloatArray:
+    """Return values at control periods: a cubic between two samples, with these slopes a sample there."""
+    u = np.arange(every) / every
+    rise = np.diff(values)
+    square = 3.0 * rise - 2.0 * slopes[:-1] - slopes[1:]
+    cube = slopes[:-1] + slopes[1:] - 2.0 * rise
+    pieces = [values[:-1, None], slopes[:-1, None] * u, square[:, None] * u**2, cube[:, None] * u**3]
+    return np.append((pieces[0] + pieces[1] + pieces[2] + pieces[3]).ravel(), values[-1])
 
 
 def _held(values: FloatArray, every: int) -> FloatArray:
