@@ -67,9 +67,9 @@ def _strokes(plan: ExperimentPlan) -> Iterator[PlannedReading]:
     for run in range(1, plan.runs + 1):
         at = begin
         if plan.strokes is Strokes.FULL:
-            ways = ((feed, target) for feed in plan.feeds_mm_s for target in (end, begin))
+            ways = [(feed, target) for feed in plan.feeds_mm_s for target in (end, begin)]
         else:
-            ways = _short(plan, lasts)
+            ways = list(_short(plan, lasts))
         for feed, target in ways:
             if target != at and (plan.passes is Passes.BOTH or target > at):
                 yield PlannedReading(run, 1 if target > at else -1, target, feed, True)

@@ -69,11 +69,11 @@ def contour_rows(run: ContourRun) -> list[tuple[str, str]]:
         ("contour error, largest", f"{d['max_contour_um']:.4g} µm"),
         ("contour error, RMS", f"{d['rms_contour_um']:.4g} µm"),
         ("following error, largest", f"{d['max_following_um']:.4g} µm"),
-        ("second-order formula, off by", f"{d['formula_error_um']:.3g} µm"),
+        ("second-order formula, off by", f"{d['formula_error_um']:.2g} µm"),
         ("formula as it is misprinted, off by", f"{d['misprint_error_um']:.3g} µm"),
         ("integration error of the drives", f"{d['integration_error_nm']:.2g} nm"),
     ]
-    rows += [(f"largest share of {use.name}", f"{use.share:.4f}") for use in run.plan.audit.uses]
+    rows += [(f"{name}, largest share of the limit", f"{share:.6f}") for name, share in run.shares.items()]
     return rows
 
 

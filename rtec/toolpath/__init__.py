@@ -1,4 +1,4 @@
-"""Toolpaths in the plane and in space: NURBS by arc length, shapes, G-code, the feed along them, and contour errors."""
+"""Toolpaths in the plane and in space: NURBS by arc length, shapes, G-code, feeds, and contour errors."""
 
 from rtec.toolpath.contour_error import ContourError, Estimate, contour_error, estimate, second_order_bound
 from rtec.toolpath.gcode import parse_gcode, read_gcode

@@ -47,7 +47,7 @@ class Path(Protocol):
     def points(self, s_mm: Floats) -> Floats:
         """Return the points in mm, shape (n, d), at arc lengths of shape (n,)."""
 
-    def derivatives(self, s_mm: Floats, side: int = 1) -> tuple[Floats, Floats, Floats]:
+    def derivatives(self, s_mm: Floats, *, side: int = 1) -> tuple[Floats, Floats, Floats]:
         """Return three derivatives by arc length, each of shape (n, d); ``side`` is -1 or +1 of a knot."""
 
 

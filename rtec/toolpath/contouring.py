@@ -29,6 +29,8 @@ _CAUTION = 0.9
 """Of the limit, that the prediction is held to."""
 _LEAST_FEED = 0.02
 """Share of the feed below which it is not lowered."""
+_RAPID_MM_S = 1e6
+"""Where no F word applies: more than any axis can."""
 _PLACES = 4000
 """Along a path, at which the feed is lowered."""
 
@@ -98,6 +100,16 @@ class ContourRun:
         kept = self.limit_mm is None or float(np.abs(self.contour_mm).max()) <= self.limit_mm
         return bool(self.plan.audit.passed and kept)
 
+    @property
+    def shares(self) -> dict[str, float]:
+        """Largest share of each limit that the plan uses, by its name and the letter of the axis."""
+        return {
+            f"{kind} {letter}": use.share
+            for use in self.plan.audit.uses
+            if use.share > 0.0
+            for kind, letter in [(use.kind, LETTERS[use.axis] if use.axis >= 0 else "along the path")]
+        }
+
     def document(self) -> dict[str, object]:
         """Return what ``rtec contour --json`` prints."""
         contour, following = 1e3 * np.abs(self.contour_mm), 1e3 * self.following_mm
@@ -116,7 +128,7 @@ class ContourRun:
             "formula_error_um": float(np.nanmax(off)),
             "misprint_error_um": float(np.nanmax(1e3 * np.abs(self.misprint_mm - self.contour_mm))),
             "limits_held": self.limits_held,
-            "largest_shares": {use.name: use.share for use in self.plan.audit.uses},
+            "largest_shares": self.shares,
             "integration_error_nm": max(run.integration_error_nm for run in self.axes.values()),
             "limit_um": None if self.limit_mm is None else 1e3 * self.limit_mm,
             "time_unlimited_s": self.unlimited_s,
@@ -160,7 +172,7 @@ def run_contour(
         raise ArgumentError("limit", f"{limit_mm:g} mm", "a length above 0, up to 1 m")
     kind = DRIVES[drive]
     progress(0.05)
-    free = _driven(path, drive, plan_feed(path, kind.limits), corrector)
+    free = _driven(path, drive, _planned(path, kind.limits), corrector)
     progress(0.3)
     if limit_mm is None or float(np.abs(free.contour_mm).max()) <= limit_mm:
         progress(1.0)
@@ -169,6 +181,19 @@ def run_contour(
     steady = _steady(path, drive, limit_mm, free, progress)
     progress(1.0)
     return replace(found, limit_mm=limit_mm, steady=steady, unlimited_s=free.plan.time_s)
+
+
+def _planned(path: Path, limits: FeedLimits, feed_mm_s: float | Floats | None = None) -> FeedPlan:
+    """Return the plan of a path below a feed, or a table of it, and below the F words of a program."""
+    if path.feed_limits is None:
+        return plan_feed(path, replace(limits, feed_mm_s=feed_mm_s))
+    below = replace(limits, feed_mm_s=_RAPID_MM_S if feed_mm_s is None else feed_mm_s)
+
+    def lower(s_mm: Floats) -> Floats:
+        words = np.minimum(path.feed_limit_mm_s(s_mm, side=-1), path.feed_limit_mm_s(s_mm, side=1))
+        return np.minimum(words, below.feed_at(s_mm))
+
+    return plan_feed(path, replace(limits, feed_mm_s=lower))
 
 
 def _driven(
@@ -240,17 +265,16 @@ def _limited(
     """Return a run whose feed is lowered where the contour error exceeds a limit; the best of a few rounds."""
     limits = DRIVES[drive].limits
     places = np.linspace(0.0, path.length_mm, _PLACES)
-    top = np.interp(places, *_feed_over_path(free.plan))
-    feed, found = top.copy(), free
+    top = float(_feed_over_path(free.plan)[1].max())
+    feed, found = np.full(places.size, top), free
     for number in range(_MOST_ROUNDS):
         predicted = predicted_contour(free, found.plan, places)
         seen = _largest_near(found, places)
         worst = np.maximum(predicted, seen)
         share = np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0)
         now = np.interp(places, *_feed_over_path(found.plan))
-        feed = np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top.max()))
-        plan = plan_feed(path, replace(limits, feed_mm_s=np.column_stack([places, feed])))
-        found = _driven(path, drive, plan, corrector)
+        feed = np.where(share < 1.0, np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top)), feed)
+        found = _driven(path, drive, _planned(path, limits, np.column_stack([places, feed])), corrector)
         progress(0.3 + 0.4 * (number + 1) / _MOST_ROUNDS)
         if float(np.abs(found.contour_mm).max()) <= limit_mm:
             break
@@ -283,7 +307,7 @@ def _steady(
     low, high, best = 0.0, top, None
     for number in range(_MOST_HALVINGS):
         feed = (low + high) / 2.0 if best is not None or number else high / 4.0
-        run = _driven(path, drive, plan_feed(path, replace(limits, feed_mm_s=feed)))
+        run = _driven(path, drive, _planned(path, limits, feed))
         if float(np.abs(run.contour_mm).max()) <= limit_mm:
             low, best = feed, (feed, run.plan.time_s)
         else:
