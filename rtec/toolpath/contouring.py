@@ -24,8 +24,8 @@ Floats = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
 
 LETTERS = "xyz"
-_MOST_ROUNDS, _MOST_HALVINGS = 6, 7
-_CAUTION = 0.9
+_MOST_ROUNDS, _MOST_HALVINGS = 10, 7
+_CAUTION = 0.97
 """Of the limit, that the prediction is held to."""
 _LEAST_FEED = 0.02
 """Share of the feed below which it is not lowered."""
@@ -178,8 +178,13 @@ def run_contour(
         progress(1.0)
         return replace(free, limit_mm=limit_mm, unlimited_s=None if limit_mm is None else free.plan.time_s)
     found = _limited(path, drive, free, limit_mm, corrector, progress)
-    steady = _steady(path, drive, limit_mm, free, progress)
+    constant = _steady(path, drive, limit_mm, free, progress)
     progress(1.0)
+    steady = None
+    if constant is not None:
+        steady = constant[0], constant[1].plan.time_s
+        exceeds = float(np.abs(found.contour_mm).max()) > limit_mm
+        found = constant[1] if exceeds or steady[1] < found.plan.time_s else found
     return replace(found, limit_mm=limit_mm, steady=steady, unlimited_s=free.plan.time_s)
 
 
@@ -271,7 +276,7 @@ def _limited(
         predicted = predicted_contour(free, found.plan, places)
         seen = _largest_near(found, places)
         worst = np.maximum(predicted, seen)
-        share = np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0)
+        share = np.sqrt(np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0))  # most is of v squared
         now = np.interp(places, *_feed_over_path(found.plan))
         feed = np.where(share < 1.0, np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top)), feed)
         found = _driven(path, drive, _planned(path, limits, np.column_stack([places, feed])), corrector)
@@ -301,15 +306,16 @@ def _largest_near(run: ContourRun, places: Floats) -> Floats:
 
 def _steady(
     path: Path, drive: str, limit_mm: float, free: ContourRun, progress: Progress
-) -> tuple[float, float] | None:
-    """Return the highest constant feed that keeps a limit, and its time; None where none does."""
+) -> tuple[float, ContourRun] | None:
+    """Return the highest constant feed that keeps a limit, and its run; None where none does."""
     limits, top = DRIVES[drive].limits, float(_feed_over_path(free.plan)[1].max())
-    low, high, best = 0.0, top, None
+    low, high = 0.0, top
+    best: tuple[float, ContourRun] | None = None
     for number in range(_MOST_HALVINGS):
         feed = (low + high) / 2.0 if best is not None or number else high / 4.0
         run = _driven(path, drive, _planned(path, limits, feed))
         if float(np.abs(run.contour_mm).max()) <= limit_mm:
-            low, best = feed, (feed, run.plan.time_s)
+            low, best = feed, (feed, run)
         else:
             high = feed
         progress(0.7 + 0.3 * (number + 1) / _MOST_HALVINGS)
