@@ -89,6 +89,33 @@ def whole_within(name: str, value: object, low: int, high: int, *, unit: str = "
     return int(value)
 
 
+def one_of_types(name: str, value: object, *types: type) -> None:
+    """Check that a part is of one of these types.
+
+    Parameters
+    ----------
+    name, value
+        As of `number_within`.
+    types
+        Any of them is allowed.
+
+    Raises
+    ------
+    ArgumentError
+        Of another type.
+
+    Examples
+    --------
+    >>> one_of_types("name", 3, str)
+    Traceback (most recent call last):
+        ...
+    rtec.errors.ArgumentError: name: 3 is not valid; use str
+    """
+    if not isinstance(value, types):
+        allowed = " or ".join("None" if one is type(None) else one.__name__ for one in types)
+        raise ArgumentError(name, repr(value)[:60], allowed)
+
+
 def outside(name: str, value: float, low: float, high: float, *, unit: str = "") -> ArgumentError:
     """Return the error of a number that is not between two others.
 
