@@ -28,9 +28,9 @@ class Cascade:
     Notes
     -----
     At each period: ``v* = kv (command - actual) + kff v_command``, ``i* = kp (v* - v) + integral + aff a_command``,
-    cut to the limit of current; the integral gives up what the limit cuts off. The closed current loop is a first-order
-    lag, which the kernels integrate exactly. The velocity is the difference of two positions of the encoder, through
-    a first-order filter, so a corrector's insertion is seen as a speed.
+    cut to the limit of current; the integral gives up what the limit cuts off. The closed current loop is a
+    first-order lag, which the kernels integrate exactly. The velocity is the difference of two positions of the
+    encoder, through a first-order filter, so a corrector's insertion is seen as a speed.
 
     Examples
     --------
@@ -44,13 +44,13 @@ class Cascade:
     period_us: float = 62.5
     """Four periods in the 0.25 ms of Erwinski et al. (2019)."""
     position_gain_per_s: float = 50.0
-    """kv: a third of what the velocity loop of 002 would bear without overshoot."""
+    """kv: a fifteenth of the velocity loop's 754 1/s, so that the axis does not overshoot."""
     velocity_feedforward: float = 0.984
     """With kv: 2500 mm/s / 50 1/s x 0.016 = 0.8 mm, the following error of Erwinski et al. (2019) at full speed."""
     acceleration_feedforward: float = 1.0
     """Share of the moving mass: the following error of 004 goes with the speed."""
     velocity_bandwidth_hz: float = 120.0
-    """Crossover of the velocity loop: below the 200 Hz of a screw and carriage, 15 times above kv."""
+    """Crossover of the velocity loop: below the 200 Hz of a screw and carriage, and 15 times above kv."""
     integral_time_s: float = 0.01
     """7 times slower than the crossover, so that the loop does not overshoot."""
     filter_hz: float = 800.0

@@ -42,7 +42,7 @@ class DriveRun:
     friction_n: FloatArray
     """Against the motion, all of it."""
     integration_error_nm: float
-    """Bound of the error of the positions: how much twice as long steps change them."""
+    """Bound of the error of the positions: by how much twice as long steps change them."""
 
     @property
     def following_mm(self) -> FloatArray:
@@ -88,9 +88,9 @@ def run_drive(
 
     Notes
     -----
-    The motion is integrated twice, with steps h and h/2, h being a control period (less for a drive stiffer than these)
-    or an eighth of it where friction or play may change regime. The finer run is returned; its error is below the difference, the order being one at
-    least.
+    The motion is integrated twice, with steps h and h/2. h is a control period (less for a drive stiffer than these),
+    or an eighth of it where friction or play may change regime. The finer run is returned. Its error is below the
+    difference of the two, since the method is of first order at least.
 
     Examples
     --------

@@ -184,6 +184,16 @@ def test_a_rotary_encoder_does_not_see_runout_but_both_see_a_ripple_of_torque(on
         assert (seen_um > 0.2) == (feedback is Feedback.LINEAR_SCALE)
 
 
+def test_a_drive_at_its_limit_of_current_does_not_overshoot_afterwards():
+    t = times(0.6)
+    command = np.where(t < 0.2, there_and_back(t, 40.0, 0.4), 40.0)
+    run = run_drive(LinearMotor(cogging_n=0.0, cascade=Cascade(limit_a=0.8)), t, command)
+    assert np.abs(run.current_a).max() <= 0.8
+    assert np.abs(run.following_mm).max() > 1.0
+    assert run.load_mm.max() < 40.1
+    assert run.load_mm[-1] == pytest.approx(40.0, abs=1e-3)
+
+
 def test_a_corrector_moves_the_carriage_by_what_it_adds():
     t = times(1.0)
     still = np.zeros_like(t)
