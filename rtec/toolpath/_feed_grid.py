@@ -16,14 +16,14 @@ Ints = NDArray[np.int64]
 
 _TANGENT_JUMP, _ACCELERATION_JUMP = 1e-9, 1e-8
 """A larger jump of the tangent, or of the acceleration as a share of its limit, is a stop."""
-_CORNER = 1e-5
+_CORNER = 0.02
 """A larger jump of the tangent between two pieces is a corner that is not one of the knots."""
 _TURN_RAD = 0.1
 """Largest turn of the tangent within one piece."""
 _GROWTH = 0.3
 """Largest length of a piece as a share of its distance from the nearest stop."""
 _MOST_PIECES = 200_000
-_SMALLEST = 1e-10
+_SMALLEST = 1e-12
 """Length of the shortest piece as a share of the path."""
 SAMPLES = 20
 """Intervals of a piece at whose ends the audit looks; the limits are imposed at both ends and in the middle."""

@@ -260,7 +260,8 @@ def start_shape(grid: Grid, bounds: Bounds, *, jerk: bool) -> Floats:
     middle, half = (breaks[1:] + breaks[:-1]) / 2.0, 0.5 * w / slope
     total = np.concatenate(([0.0], np.cumsum(w * np.diff(breaks))))
     mean: Floats = (np.interp(middle + half, breaks, total) - np.interp(middle - half, breaks, total)) / (2.0 * half)
-    return np.asarray(mean[grid.end == 0] ** (4.0 / 3.0))
+    # beside a cusp the width is below the rounding of s; a limited slope allows no other means than these
+    return np.asarray(np.clip(mean, 0.5 * w, 1.5 * w)[grid.end == 0] ** (4.0 / 3.0))
 
 
 def _least_slope(grid: Grid, values: Floats, slope: float) -> Floats:

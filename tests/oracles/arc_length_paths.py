@@ -26,7 +26,7 @@ class Spline:
             length = self._length(start, width)
             halves = self._length(start, width / 2) + self._length(middle, width / 2)
             coarse = abs(length - halves) > 1e-15 * length.sum()
-            if not coarse.any() or self.u.size > 5000:
+            if not coarse.any() or self.u.size > 5000 + parts * knots.size:
                 break
             self.u = np.union1d(self.u, middle[coarse])
         self.table = np.concatenate(([0.0], np.cumsum(halves)))
