@@ -29,6 +29,8 @@ _CAUTION = 0.97
 """Of the limit, that the prediction is held to."""
 _LEAST_FEED = 0.02
 """Share of the feed below which it is not lowered."""
+_HOPELESS, _HELPED = 2.0, 0.9
+"""Of a limit, and of the error a round before: above both no lower feed will keep the limit."""
 _RAPID_MM_S = 1e6
 """Where no F word applies: more than any axis can."""
 _PLACES = 4000
@@ -178,7 +180,8 @@ def run_contour(
         progress(1.0)
         return replace(free, limit_mm=limit_mm, unlimited_s=None if limit_mm is None else free.plan.time_s)
     found = _limited(path, drive, free, limit_mm, corrector, progress)
-    constant = _steady(path, drive, limit_mm, free, progress)
+    missed = float(np.abs(found.contour_mm).max()) > _HOPELESS * limit_mm
+    constant = None if missed else _steady(path, drive, limit_mm, free, progress)
     progress(1.0)
     steady = None
     if constant is not None:
@@ -272,6 +275,7 @@ def _limited(
     places = np.linspace(0.0, path.length_mm, _PLACES)
     top = float(_feed_over_path(free.plan)[1].max())
     feed, found = np.full(places.size, top), free
+    largest = float(np.abs(free.contour_mm).max())
     for number in range(_MOST_ROUNDS):
         predicted = predicted_contour(free, found.plan, places)
         seen = _largest_near(found, places)
@@ -281,9 +285,15 @@ def _limited(
         feed = np.where(share < 1.0, np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top)), feed)
         found = _driven(path, drive, _planned(path, limits, np.column_stack([places, feed])), corrector)
         progress(0.3 + 0.4 * (number + 1) / _MOST_ROUNDS)
-        if float(np.abs(found.contour_mm).max()) <= limit_mm:
+        before, largest = largest, float(np.abs(found.contour_mm).max())
+        if largest <= limit_mm or _is_hopeless(largest, before, limit_mm):
             break
     return found
+
+
+def _is_hopeless(largest: float, before: float, limit_mm: float) -> bool:
+    """Return whether a lower feed no longer helps: what is left is friction's."""
+    return largest > _HOPELESS * limit_mm and largest > _HELPED * before
 
 
 def _feed_over_path(plan: FeedPlan) -> tuple[Floats, Floats]:

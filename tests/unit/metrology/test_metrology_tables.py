@@ -262,3 +262,20 @@ def test_returns_that_were_not_measured_are_left_out(read):
 def test_a_number_too_long_to_count_runs_is_no_run(read):
     with pytest.raises(FileFormatError, match="no positioning test in the columns"):
         read(f"Target [mm];1 [um];{'9' * 400} [um]\n0;1;2\n10;2;3\n").to_readings()
+
+
+def test_one_axis_of_a_log_of_several(tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text("time_s,target_x_mm,actual_x_mm,Target_Y_inch,current_y_a\n0,1,2,1,5\n1,3,4,2,6\n")
+    y = read_measurement(file, column_choices(axis="Y"))
+    assert y.columns["target"].values.tolist() == [25.4, 50.8]
+    assert set(y.columns) == {"time", "target", "current"}
+    assert set(read_measurement(file, column_choices(axis="x")).columns) == {"time", "target", "actual"}
+    with pytest.raises(ArgumentError, match="one of x, y"):
+        read_measurement(file)
+    with pytest.raises(ArgumentError, match="one of x, y"):
+        read_measurement(file, column_choices(axis="z"))
+    with pytest.raises(ArgumentError, match="letter"):
+        column_choices(axis="xy")
+    kept = read_measurement(file, column_choices(["target_x_mm=ignore"], axis="x"))
+    assert "target" not in kept.columns
