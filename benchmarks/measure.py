@@ -18,6 +18,7 @@ from pathlib import Path
 import figures_c_source
 import figures_check
 import figures_command
+import figures_contour
 import figures_diagnosis
 import figures_firmware
 import figures_house
@@ -49,6 +50,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "start-up": figures_command.start_up,
     "first-run": figures_command.first_run,
     "check": figures_check.check,
+    "contour": figures_contour.contour,
     "c-source": figures_c_source.c_source,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,

@@ -111,6 +111,10 @@ completed.
         "A verdict on an insertion algorithm",
         "The process from start to end, on two cores, the building of Verilog included.\n",
     ),
+    "contour": (
+        "Feed drives and toolpaths",
+        "Processor time on one core, after compiling unless a row says otherwise ([contour](contour.md)).\n",
+    ),
     "c-source": (
         "Predictors in C",
         """\
