@@ -176,6 +176,23 @@ ELSEWHERE = (
         "pytest -m sweep tests/unit/inference/test_inference_fit.py",
         "93 to 97 %, or fails",
     ),
+    (
+        "the emulated linear motor identified by its logs, as Erwinski et al. (2019) identified theirs",
+        "pytest tests/recovery/test_recovery_drives.py",
+        "mass, cogging within 3 standard errors and 2 %, or fails",
+    ),
+    (
+        "no limit of an axis exceeded by more than 1e-6 on 200 random paths",
+        "pytest -m sweep tests/unit/toolpath/test_feed.py",
+        "passes, or shows the path",
+    ),
+    ("what insertions do to an axis in motion", "python benchmarks/contour_insertions.py", "[contour](contour.md)"),
+    ("what the best hour is worth", "python -m tools.rounds --games 100 --hour 40", "[rounds](rounds.md)"),
+    (
+        "how often an effect of one's own is found, and how good learned curves are",
+        "python -m tools.own_games --games 100",
+        "[own games](own-games.md)",
+    ),
     ("what real measurements leave", "pytest tests/recovery", "[real data](real-data.md)"),
     ("every fault in every phase, and a hundred hours", "rtec safety --soak 100h", "[safety](safety.md)"),
     (

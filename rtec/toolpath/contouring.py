@@ -29,6 +29,8 @@ _CAUTION = 0.97
 """Of the limit, that the prediction is held to."""
 _LEAST_FEED = 0.02
 """Share of the feed below which it is not lowered."""
+_MOST_SAMPLES = 5_000_000
+"""Of a run: a gigabyte."""
 _HOPELESS, _HELPED = 2.0, 0.9
 """Of a limit, and of the error a round before: above both no lower feed will keep the limit."""
 _RAPID_MM_S = 1e6
@@ -166,7 +168,7 @@ def run_contour(
     Raises
     ------
     ArgumentError
-        No such drive, a limit that is no length above zero, or a path that cannot be planned.
+        No such drive, a limit that is no length above zero, or a path that cannot be planned or takes too long.
     """
     if drive not in DRIVES:
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
@@ -210,6 +212,9 @@ def _driven(
     """Return a planned path as it is driven."""
     kind = DRIVES[drive]
     samples = int(np.ceil(plan.time_s / kind.period_s)) + 1
+    if samples > _MOST_SAMPLES:
+        most = f"at most {_MOST_SAMPLES * kind.period_s:g} s; cut the path, or raise its F words"
+        raise ArgumentError("path", f"{plan.time_s:.6g} s", most, problem=f"takes {plan.time_s:.6g} s")
     time_s = np.minimum(np.arange(samples) * kind.period_s, plan.time_s)
     place, (velocity, acceleration, _) = plan.positions(time_s), plan.axis_motion(time_s)
     clock = np.arange(samples) * kind.period_s
@@ -323,7 +328,10 @@ def _steady(
     best: tuple[float, ContourRun] | None = None
     for number in range(_MOST_HALVINGS):
         feed = (low + high) / 2.0 if best is not None or number else high / 4.0
-        run = _driven(path, drive, _planned(path, limits, feed))
+        plan = _planned(path, limits, feed)
+        if plan.time_s > _MOST_SAMPLES * DRIVES[drive].period_s:
+            break
+        run = _driven(path, drive, plan)
         if float(np.abs(run.contour_mm).max()) <= limit_mm:
             low, best = feed, (feed, run)
         else:

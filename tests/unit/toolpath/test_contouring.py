@@ -60,6 +60,11 @@ def test_what_a_corrector_inserts_moves_the_carriage():
     assert np.abs(off) == pytest.approx(0.010, abs=1e-4)
 
 
+def test_a_path_that_takes_hours_is_refused():
+    with pytest.raises(ArgumentError, match="at most 5000 s"):
+        run_contour(parse_gcode("G21 G90 G0 X0 Y0\nG1 X100 F0.1\n"), "ball-screw")
+
+
 @pytest.mark.parametrize(("drive", "limit"), [("belt", None), ("ball-screw", 0.0), ("ball-screw", float("nan"))])
 def test_drives_and_limits_that_are_none(drive, limit):
     with pytest.raises(ArgumentError):
