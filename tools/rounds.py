@@ -322,7 +322,7 @@ def _share(count: int, of: int) -> str:
     return f"{count} ({count / of:.1%}; {low:.1%} to {high:.1%})"
 
 
-def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int, hour: Sequence[str]) -> str:
+def page(results: list[tuple[Pair, tuple[Rounds, ...]]], games: int, seed: int, hour: Sequence[str] = ()) -> str:
     """Return the page as Markdown, with the games that did not go through."""
     missed = [one for _, of_pair in results for one in of_pair if not one.solved]
     return markdown_page(

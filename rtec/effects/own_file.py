@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.machinery
 import importlib.util
 import sys
 import traceback
@@ -12,6 +13,11 @@ from rtec.effects.library import LIBRARY, Library
 from rtec.effects.own import as_effects
 from rtec.effects.protocol import Effect
 from rtec.errors import ArgumentError
+
+
+class _Loader(importlib.machinery.SourceFileLoader):
+    def set_data(self, path: str, data: object, *, _mode: int = 0o666) -> None:
+        """Leave no machine code of Python's beside the user's file."""
 
 
 def library_of_file(path: Path | None, *, name: str = "--effects") -> Library:
@@ -38,7 +44,8 @@ def library_of_file(path: Path | None, *, name: str = "--effects") -> Library:
     if path.suffix != ".py" or not path.is_file():
         problem = "is no file" if not path.is_file() else "is no Python file"
         raise ArgumentError(name, path, "a file NAME.py with your effects", problem=problem)
-    spec = importlib.util.spec_from_file_location(f"rtec_effects_of_{path.stem}", path)
+    module_name = f"rtec_effects_of_{path.stem}"
+    spec = importlib.util.spec_from_file_location(module_name, path, loader=_Loader(module_name, str(path)))
     if spec is None or spec.loader is None:
         raise ArgumentError(name, path, "a file NAME.py with your effects", problem="cannot be read")
     module = importlib.util.module_from_spec(spec)

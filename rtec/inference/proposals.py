@@ -87,7 +87,8 @@ def _orthogonalising(rows: Floats) -> Floats:
     gram = rows @ rows.T
     length = np.sqrt(np.diag(gram))
     scale = np.where(length > 0.0, 1.0 / np.where(length > 0.0, length, 1.0), 0.0)
-    values, vectors = np.linalg.eigh(gram * np.outer(scale, scale))
+    # one side after the other: a bump beside all readings may be 1e-157 high
+    values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
     kept = values > 1e-10 * values.max(initial=0.0)
     combined: Floats = (vectors[:, kept] / np.sqrt(values[kept])).T * scale
     return combined
