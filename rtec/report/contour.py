@@ -81,10 +81,11 @@ def write_contour(run: ContourRun, folder: Path) -> Path:
     """Write page, figures, numbers and log of a run, all or nothing; errors as of `write_page_folder`."""
     plates = [
         Plate("path", "The path, and the error magnified",
-              "The path (grey) and the carriages (blue), their distance from it magnified as the title says.",
+              "The path (grey) and the carriages (blue), their distance from it magnified as the legend says.",
               lambda: path_figure(run)),
-        Plate("errors", "Errors over time",
-              "Above, how far the carriages are from the command; below, from the path.", lambda: errors_figure(run)),
+        Plate("errors", "Errors over time and along the path",
+              "Above, how far the carriages are from the command; below, from the path, over time and along it.",
+              lambda: errors_figure(run)),
         Plate("feed", "Feed, and what limits it",
               "The feed along the path; the colour says which limit binds there.", lambda: feed_figure(run)),
         Plate("spectra", "Spectra of the errors",
@@ -144,21 +145,23 @@ def path_figure(run: ContourRun) -> Figure:
 
 
 def errors_figure(run: ContourRun) -> Figure:
-    """Return following and contour error over time."""
+    """Return following and contour error over time, and the contour error along the path."""
     part = _thin(run.s_mm.size)
-    figure = new_figure(6.0)
-    above, below = figure.subplots(2, 1, sharex=True)
+    figure = new_figure(8.0)
+    above, below, along = figure.subplots(3, 1)
     for letter, colour in zip(run.axes, SERIES, strict=False):
         axis = run.axes[letter]
         following = 1e3 * (axis.command_mm - axis.load_mm)
         above.plot(axis.time_s[part], following[part], color=colour, linewidth=0.9, label=letter)
     above.set_ylabel("following error (µm)")
     above.legend(loc="upper right")
-    below.plot(run.time_s[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9)
-    for sign in (-1.0, 1.0) if run.limit_mm is not None else ():
-        below.axhline(sign * 1e3 * float(run.limit_mm or 0.0), color=ALARM, linewidth=0.9, linestyle="--")
-    below.axhline(0.0, color=GUIDE, linewidth=0.8)
-    below.set(xlabel="time (s)", ylabel="contour error (µm)")
+    above.set_xlabel("time (s)")
+    for axes, over, label in ((below, run.time_s, "time (s)"), (along, run.s_mm, "along the path (mm)")):
+        axes.plot(over[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9)
+        for sign in (-1.0, 1.0) if run.limit_mm is not None else ():
+            axes.axhline(sign * 1e3 * float(run.limit_mm or 0.0), color=ALARM, linewidth=0.9, linestyle="--")
+        axes.axhline(0.0, color=GUIDE, linewidth=0.8)
+        axes.set(xlabel=label, ylabel="contour error (µm)")
     return figure
 
 
