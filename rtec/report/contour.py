@@ -37,8 +37,7 @@ def contour_sentence(run: ContourRun) -> str:
     ]
     parts.append(f"The jerk limit costs {run.plan.price:.1%} of the time.")
     if run.limit_mm is not None:
-        kept = float(np.abs(run.contour_mm).max()) <= run.limit_mm
-        held = "keeps" if kept else "does not keep"
+        held = "keeps" if run.worst_mm <= run.limit_mm else "does not keep"
         parts.append(f"The run {held} the limit of {1e3 * run.limit_mm:.3g} µm; without it the path takes "
                      f"{run.unlimited_s:.3f} s.")  # fmt: skip
         if run.steady is not None:

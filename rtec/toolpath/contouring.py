@@ -22,6 +22,8 @@ from rtec.toolpath.path import Path
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
+Corrector = Mapping[str, Callable[[Floats], Floats]]
+"""What is inserted by axis: counts in mm, as a function of times in s."""
 
 LETTERS = "xyz"
 _MOST_ROUNDS, _MOST_HALVINGS = 10, 7
@@ -99,10 +101,14 @@ class ContourRun:
         return found
 
     @property
+    def worst_mm(self) -> float:
+        """Largest contour error."""
+        return float(np.abs(self.contour_mm).max())
+
+    @property
     def limits_held(self) -> bool:
         """Whether the plan keeps every limit of the axes, and the run that of the contour error, if there is one."""
-        kept = self.limit_mm is None or float(np.abs(self.contour_mm).max()) <= self.limit_mm
-        return bool(self.plan.audit.passed and kept)
+        return bool(self.plan.audit.passed and (self.limit_mm is None or self.worst_mm <= self.limit_mm))
 
     @property
     def shares(self) -> dict[str, float]:
@@ -147,7 +153,7 @@ def run_contour(
     drive: str,
     *,
     limit_mm: float | None = None,
-    corrector: Mapping[str, Callable[[Floats], Floats]] | None = None,
+    corrector: Corrector | None = None,
     progress: Progress = lambda share: None,
 ) -> ContourRun:
     """Plan a path for a drive in each axis, run it, and hold the carriages against the path.
@@ -161,7 +167,7 @@ def run_contour(
     limit_mm
         Of the contour error: the feed is lowered where the prediction exceeds it.
     corrector
-        What a corrector has inserted by axis: counts in mm, as a function of time in s.
+        What a corrector has inserted; nothing in an axis that it does not name.
     progress
         Called with the share done.
 
@@ -174,68 +180,72 @@ def run_contour(
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
     if limit_mm is not None and not 0.0 < limit_mm < 1e3:
         raise ArgumentError("limit", f"{limit_mm:g} mm", "a length above 0, up to 1 m")
-    kind = DRIVES[drive]
+    axes = _Axes(path, drive, corrector)
     progress(0.05)
-    free = _driven(path, drive, _planned(path, kind.limits), corrector)
+    free = axes.run(axes.plan())
     progress(0.3)
-    if limit_mm is None or float(np.abs(free.contour_mm).max()) <= limit_mm:
+    if limit_mm is None or free.worst_mm <= limit_mm:
         progress(1.0)
         return replace(free, limit_mm=limit_mm, unlimited_s=None if limit_mm is None else free.plan.time_s)
-    found = _limited(path, drive, free, limit_mm, corrector, progress)
-    missed = float(np.abs(found.contour_mm).max()) > _HOPELESS * limit_mm
-    constant = None if missed else _steady(path, drive, limit_mm, free, progress)
+    found = _limited(axes, free, limit_mm, progress)
+    constant = None if found.worst_mm > _HOPELESS * limit_mm else _steady(axes, free, limit_mm, progress)
     progress(1.0)
     steady = None
     if constant is not None:
         steady = constant[0], constant[1].plan.time_s
-        exceeds = float(np.abs(found.contour_mm).max()) > limit_mm
-        found = constant[1] if exceeds or steady[1] < found.plan.time_s else found
+        found = constant[1] if found.worst_mm > limit_mm or steady[1] < found.plan.time_s else found
     return replace(found, limit_mm=limit_mm, steady=steady, unlimited_s=free.plan.time_s)
 
 
-def _planned(path: Path, limits: FeedLimits, feed_mm_s: float | Floats | None = None) -> FeedPlan:
-    """Return the plan of a path below a feed, or a table of it, and below the F words of a program."""
-    if path.feed_limits is None:
-        return plan_feed(path, replace(limits, feed_mm_s=feed_mm_s))
-    below = replace(limits, feed_mm_s=_RAPID_MM_S if feed_mm_s is None else feed_mm_s)
+@dataclass(frozen=True, slots=True)
+class _Axes:
+    """A path, the drive in each of its axes, and what a corrector inserts there."""
 
-    def lower(s_mm: Floats) -> Floats:
-        words = np.minimum(path.feed_limit_mm_s(s_mm, side=-1), path.feed_limit_mm_s(s_mm, side=1))
-        return np.minimum(words, below.feed_at(s_mm))
+    path: Path
+    drive: str
+    corrector: Corrector | None
 
-    return plan_feed(path, replace(limits, feed_mm_s=lower))
+    def plan(self, feed_mm_s: float | Floats | None = None) -> FeedPlan:
+        """Return the plan below a feed, or a table of it, and below the F words of a program."""
+        path, limits = self.path, DRIVES[self.drive].limits
+        if path.feed_limits is None:
+            return plan_feed(path, replace(limits, feed_mm_s=feed_mm_s))
+        below = replace(limits, feed_mm_s=_RAPID_MM_S if feed_mm_s is None else feed_mm_s)
 
+        def lower(s_mm: Floats) -> Floats:
+            words = np.minimum(path.feed_limit_mm_s(s_mm, side=-1), path.feed_limit_mm_s(s_mm, side=1))
+            return np.minimum(words, below.feed_at(s_mm))
 
-def _driven(
-    path: Path, drive: str, plan: FeedPlan, corrector: Mapping[str, Callable[[Floats], Floats]] | None = None
-) -> ContourRun:
-    """Return a planned path as it is driven."""
-    kind = DRIVES[drive]
-    samples = int(np.ceil(plan.time_s / kind.period_s)) + 1
-    if samples > _MOST_SAMPLES:
-        most = f"at most {_MOST_SAMPLES * kind.period_s:g} s; cut the path, or raise its F words"
-        raise ArgumentError("path", f"{plan.time_s:.6g} s", most, problem=f"takes {plan.time_s:.6g} s")
-    time_s = np.minimum(np.arange(samples) * kind.period_s, plan.time_s)
-    place, (velocity, acceleration, _) = plan.positions(time_s), plan.axis_motion(time_s)
-    clock = np.arange(samples) * kind.period_s
-    axes = {}
-    for k, letter in enumerate(LETTERS[: path.dimensions]):
-        inserted = None if corrector is None else corrector.get(letter)
-        axes[letter] = run_drive(
-            kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k], corrector=inserted
+        return plan_feed(path, replace(limits, feed_mm_s=lower))
+
+    def run(self, plan: FeedPlan) -> ContourRun:
+        """Return the path as it is driven."""
+        kind, path = DRIVES[self.drive], self.path
+        samples = int(np.ceil(plan.time_s / kind.period_s)) + 1
+        if samples > _MOST_SAMPLES:
+            most = f"at most {_MOST_SAMPLES * kind.period_s:g} s; cut the path, or raise its F words"
+            raise ArgumentError("path", f"{plan.time_s:.6g} s", most, problem=f"takes {plan.time_s:.6g} s")
+        clock = np.arange(samples) * kind.period_s
+        time_s = np.minimum(clock, plan.time_s)
+        place, (velocity, acceleration, _) = plan.positions(time_s), plan.axis_motion(time_s)
+        axes = {}
+        for k, letter in enumerate(LETTERS[: path.dimensions]):
+            inserted = None if self.corrector is None else self.corrector.get(letter)
+            axes[letter] = run_drive(
+                kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k], corrector=inserted
+            )
+        load = np.column_stack([run.load_mm for run in axes.values()])
+        s_mm = plan.at(time_s)[0]
+        return ContourRun(
+            path=path,
+            drive=self.drive,
+            plan=plan,
+            axes=MappingProxyType(axes),
+            s_mm=s_mm,
+            contour_mm=contour_error(path, s_mm, load).error_mm,
+            formula_mm=estimate(path, s_mm, load, Estimate.SECOND_ORDER),
+            misprint_mm=estimate(path, s_mm, load, Estimate.AS_PRINTED),
         )
-    load = np.column_stack([run.load_mm for run in axes.values()])
-    s_mm = plan.at(time_s)[0]
-    return ContourRun(
-        path=path,
-        drive=drive,
-        plan=plan,
-        axes=MappingProxyType(axes),
-        s_mm=s_mm,
-        contour_mm=contour_error(path, s_mm, load).error_mm,
-        formula_mm=estimate(path, s_mm, load, Estimate.SECOND_ORDER),
-        misprint_mm=estimate(path, s_mm, load, Estimate.AS_PRINTED),
-    )
 
 
 def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
@@ -267,20 +277,11 @@ def time_at(plan: FeedPlan, s_mm: Floats) -> Floats:
     return np.interp(s_mm, plan.at(times)[0], times)
 
 
-def _limited(
-    path: Path,
-    drive: str,
-    free: ContourRun,
-    limit_mm: float,
-    corrector: Mapping[str, Callable[[Floats], Floats]] | None,
-    progress: Progress,
-) -> ContourRun:
+def _limited(axes: _Axes, free: ContourRun, limit_mm: float, progress: Progress) -> ContourRun:
     """Return a run whose feed is lowered where the contour error exceeds a limit; the best of a few rounds."""
-    limits = DRIVES[drive].limits
-    places = np.linspace(0.0, path.length_mm, _PLACES)
+    places = np.linspace(0.0, free.path.length_mm, _PLACES)
     top = float(_feed_over_path(free.plan)[1].max())
     feed, found = np.full(places.size, top), free
-    largest = float(np.abs(free.contour_mm).max())
     for number in range(_MOST_ROUNDS):
         predicted = predicted_contour(free, found.plan, places)
         seen = _largest_near(found, places)
@@ -288,10 +289,9 @@ def _limited(
         share = np.sqrt(np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0))  # most is of v squared
         now = np.interp(places, *_feed_over_path(found.plan))
         feed = np.where(share < 1.0, np.minimum(feed, np.maximum(now * share, _LEAST_FEED * top)), feed)
-        found = _driven(path, drive, _planned(path, limits, np.column_stack([places, feed])), corrector)
+        before, found = found, axes.run(axes.plan(np.column_stack([places, feed])))
         progress(0.3 + 0.4 * (number + 1) / _MOST_ROUNDS)
-        before, largest = largest, float(np.abs(found.contour_mm).max())
-        if largest <= limit_mm or _is_hopeless(largest, before, limit_mm):
+        if found.worst_mm <= limit_mm or _is_hopeless(found.worst_mm, before.worst_mm, limit_mm):
             break
     return found
 
@@ -319,20 +319,17 @@ def _largest_near(run: ContourRun, places: Floats) -> Floats:
     return largest
 
 
-def _steady(
-    path: Path, drive: str, limit_mm: float, free: ContourRun, progress: Progress
-) -> tuple[float, ContourRun] | None:
+def _steady(axes: _Axes, free: ContourRun, limit_mm: float, progress: Progress) -> tuple[float, ContourRun] | None:
     """Return the highest constant feed that keeps a limit, and its run; None where none does."""
-    limits, top = DRIVES[drive].limits, float(_feed_over_path(free.plan)[1].max())
-    low, high = 0.0, top
+    low, high = 0.0, float(_feed_over_path(free.plan)[1].max())
     best: tuple[float, ContourRun] | None = None
     for number in range(_MOST_HALVINGS):
         feed = (low + high) / 2.0 if best is not None or number else high / 4.0
-        plan = _planned(path, limits, feed)
-        if plan.time_s > _MOST_SAMPLES * DRIVES[drive].period_s:
+        plan = axes.plan(feed)
+        if plan.time_s > _MOST_SAMPLES * DRIVES[free.drive].period_s:
             break
-        run = _driven(path, drive, plan)
-        if float(np.abs(run.contour_mm).max()) <= limit_mm:
+        run = axes.run(plan)
+        if run.worst_mm <= limit_mm:
             low, best = feed, (feed, run)
         else:
             high = feed

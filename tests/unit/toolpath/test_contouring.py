@@ -35,6 +35,17 @@ def test_a_limit_is_kept_and_is_quicker_than_a_constant_feed(free):
     assert feed > 0.0
 
 
+def test_a_run_within_a_limit_has_the_corrector_at_any_feed(free):
+    def wave(time_s):
+        return 0.002 * np.sin(2.0 * np.pi * 5.0 * time_s)
+
+    limit = 0.6 * float(np.abs(free.contour_mm).max())
+    run = run_contour(free.path, "ball-screw", limit_mm=limit, corrector={"x": wave})
+    x = run.axes["x"]
+    assert run.limits_held
+    assert x.actual_mm - x.load_mm == pytest.approx(wave(x.time_s), abs=2e-4)
+
+
 def test_f_words_bound_the_feed():
     path = parse_gcode("G21 G90 G0 X0 Y0\nG1 X20 F600\nY10 F1200\n")
     plan = run_contour(path, "linear-motor").plan
