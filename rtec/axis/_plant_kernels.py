@@ -14,10 +14,10 @@ import numpy.typing as npt
 from rtec._jit import Record, kernel, step
 from rtec.units._time_kernels import PS_PER_S
 
-WANTED, VELOCITY, POSITION, PERIOD, TIME = 0, 1, 2, 3, 4
-"""Places of its inputs: mm/s, mm/s, mm, s, s."""
-INPUTS = 5
-MOST_STATE = 16
+WANTED, VELOCITY, POSITION, PERIOD, TIME, COUNTED, FEED_ACCELERATION = 0, 1, 2, 3, 4, 5, 6
+"""Places of its inputs: mm/s, mm/s, mm, s, s, mm, mm/s²."""
+INPUTS = 7
+MOST_STATE = 32
 FASTEST_MM_S2 = 1e9
 """Of an acceleration: beyond, the plant has no answer."""
 
@@ -31,9 +31,10 @@ def no_plant(
 
 
 @step
-def driven(servo: Record, wanted: float, plant: Any, place: int) -> float:
+def driven(servo: Record, wanted: float, counted: float, speed: float, plant: Any, place: int) -> float:
     """Return the acceleration of a plant in counts/s², asked for a velocity in counts/s; note where its slide is.
 
+    ``counted`` is what the controller has counted, ``speed`` that of the command, both in counts of the encoder.
     ``plant`` is the function with its numbers, room for its inputs, and a state for each ``place`` at which it is.
     One that has no answer has failed: nothing moves any more.
     """
@@ -44,6 +45,9 @@ def driven(servo: Record, wanted: float, plant: Any, place: int) -> float:
     inputs[POSITION] = servo.x * servo.count_mm
     inputs[PERIOD] = servo.period_s
     inputs[TIME] = servo.now_ps / PS_PER_S
+    inputs[COUNTED] = counted * servo.count_mm
+    inputs[FEED_ACCELERATION] = (speed - servo.command_speed) * servo.count_mm / servo.period_s
+    servo.command_speed = speed
     acceleration_mm_s2 = function(numbers, inputs, state)
     if not (abs(acceleration_mm_s2) < FASTEST_MM_S2 and abs(state[0]) < FASTEST_MM_S2):
         servo.failed = 1

@@ -36,13 +36,16 @@ class Plant:
     function: Callable[..., float]
     """``function(numbers, inputs, state) -> acceleration`` in mm/s², all three one-dimensional arrays of float64,
     such that numba can compile it. ``inputs`` are the velocity that the position loop asks for (mm/s), velocity
-    (mm/s) and position (mm) of what the encoder sees, the length of the tick (s) and the time at its beginning (s).
+    (mm/s) and position (mm) of what the encoder sees, the length of the tick (s) and the time at its beginning (s),
+    the position that the controller has counted (mm), and the acceleration of the command (mm/s²).
     The acceleration is that of what the encoder sees, and holds for the tick. ``state`` is its own to keep, but for
     ``state[0]``: by how much the slide stands beyond what the encoder sees, in mm."""
     numbers: npt.NDArray[np.float64] = ()  # type: ignore[assignment]  # any list of numbers
     """What it computes with."""
     state: npt.NDArray[np.float64] = (0.0,)  # type: ignore[assignment]  # as above
-    """What it begins with: one number to 16."""
+    """What it begins with: one number to 32."""
+    outputs: tuple[str, ...] = ()
+    """Names, with units, of ``state[1]`` and those that follow, which a trace of the run records."""
 
     def __post_init__(self) -> None:
         if not callable(self.function):
@@ -51,6 +54,9 @@ class Plant:
             object.__setattr__(self, name, finite_array(name, getattr(self, name)))
         if not 1 <= self.state.size <= MOST_STATE:
             raise ArgumentError("state", f"{self.state.size} numbers", f"1 to {MOST_STATE}")
+        if len(self.outputs) >= self.state.size:
+            allowed = f"at most {self.state.size - 1}, as its state has {self.state.size}"
+            raise ArgumentError("outputs", f"{len(self.outputs)} names", allowed)
 
 
 def bound_plant(plant: Plant | None, *, places: int = 1) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,21 +10,85 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import print_json, progress
-from rtec.cli._parameters import folder, force, option, quantity, whole, word
+from rtec.cli._groups import OptionGroup
+from rtec.cli._parameters import Works, design, folder, force, needs, option, quantity, whole, word, works
+from rtec.errors import ArgumentError
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
+    from rtec.injector import Design
+    from rtec.predictors import Predictor
     from rtec.toolpath.contouring import ContourRun
+    from rtec.toolpath.pulses import Pulses
 
 _FAILS = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PulseOptions(OptionGroup):
+    """What is between drives and controller."""
+
+    PANEL = "Encoders and corrector"
+
+    count_mm: float | None = quantity("--count", LENGTH, "1um", "Encoders that count so much; else they are ideal.")
+    scale_error: list[str] | None = option(
+        "--scale-error",
+        "[x=]FILE",
+        "What the scale of an axis, or of all, is wrong by: a table of errors, or a predictor of 'rtec train'.",
+    )
+    design: Design | None = design("A box of this design corrects that error, in each axis; needs --count.")
+    timing: Works = works("What works in the box.", default="fast")
+
+    def pulses(self) -> Pulses | None:
+        """Return encoders and boxes; None where nothing was asked for."""
+        given = {"--design": self.design, "--scale-error": self.scale_error}
+        if self.count_mm is None:
+            for name, value in given.items():
+                if value is not None:
+                    raise needs(name, "--count", "a box inserts counts")
+            return None
+        from rtec.injector import InjectorSettings, RealEdges, Timing
+        from rtec.toolpath.pulses import Pulses
+
+        box = None
+        if self.design is not None:
+            timing = Timing.of(self.design, self.timing.processor)
+            box = InjectorSettings(design=self.design, timing=timing, real_edges=RealEdges.HOLD)
+        return Pulses(
+            count_mm=self.count_mm,
+            injector=box,
+            microcontroller=self.timing.microcontroller if box is not None else None,
+            errors=_scale_errors(self.scale_error or []),
+        )
+
+
+def _scale_errors(given: list[str]) -> dict[str, Predictor]:
+    from rtec.predictors import read_predictor, read_table
+    from rtec.toolpath.contouring import LETTERS
+
+    found: dict[str, Predictor] = {}
+    for said in given:
+        letter, _, file = said.rpartition("=")
+        letters = letter.lower() or LETTERS
+        if letter and letters not in LETTERS:
+            raise ArgumentError("--scale-error", repr(said)[:60], f"x, y or z before the =, as in x={file or 'FILE'}")
+        read = read_predictor(file).predictor if Path(file).suffix == ".toml" else read_table(file)
+        for one in letters:
+            if one in found:
+                raise ArgumentError("--scale-error", f"axis {one} twice", "one file for each axis")
+            found[one] = read
+    return found
 
 
 def contour(
     path: str = option("--path", "butterfly|circle|random|FILE", "A file is G-code or a NURBS (JSON).", default=...),
     drive: str = word("--drive", "ball-screw|linear-motor", "In each axis.", default=...),
+    *,
     limit_mm: float | None = quantity(
         "--limit", LENGTH, "20um", "Lower the feed where the contour error would exceed this."
     ),
+    travel_mm: float | None = quantity("--travel", LENGTH, "1300mm", "How far each axis can go."),
+    pulses: _PulseOptions,
     output: Path | None = folder("-o --output", "Folder of a report with figures and the log."),
     force: bool = force("Write into a folder that is not empty."),
     seed: int = whole("--seed", "Of a random path.", low=0, default=0),
@@ -36,9 +101,13 @@ def contour(
     compared with that of a constant feed. 'rtec diagnose --axis x' reads the log in the report. Exits with 1 where a
     limit is not kept.
 
+    With --count the drives' controllers count the pulses of encoders, and --design puts a corrector's box between;
+    it corrects the --scale-error in motion, a request every 10 ms.
+
     Example: rtec contour --path butterfly --drive linear-motor -o out
     Example: rtec contour --path circle --drive ball-screw --limit 20um
     Example: rtec contour --path part.ngc --drive ball-screw --json
+    Example: rtec contour --path circle --drive ball-screw --count 1um --scale-error x=scale.csv --design c
     """
     from rtec.io import report_folder
     from rtec.report.contour import write_contour
@@ -47,7 +116,14 @@ def contour(
 
     with progress(f"contour {path}"[:60]) as show:
         way = read_path(path, seed=seed)
-        run = run_contour(way, drive, limit_mm=limit_mm, progress=lambda share: show(0.9 * share))
+        run = run_contour(
+            way,
+            drive,
+            limit_mm=limit_mm,
+            pulses=pulses.pulses(),
+            travel_mm=travel_mm,
+            progress=lambda share: show(0.9 * share),
+        )
         made = {}
         if output is not None:
             with report_folder(output, "contour") as folder_:

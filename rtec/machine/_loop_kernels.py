@@ -154,7 +154,7 @@ def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
 
 
 @step
-def trace_tick(m: Record, trace: Any, error: Any) -> None:
+def trace_tick(m: Record, trace: Any, error: Any, plant: Any) -> None:
     """Write down how things stand, if this tick is one of those that are kept."""
     servo = m.servo
     rows, every, used = trace
@@ -169,6 +169,8 @@ def trace_tick(m: Record, trace: Any, error: Any) -> None:
         row[5] = m.pc.target
         row[6] = m.injector.completed
         row[7] = m.encoder.count
+        for k in range(8, row.size):  # what the plant says of itself
+            row[k] = plant[3][0, k - 7]
         used[0] += 1
 
 
@@ -219,14 +221,15 @@ def run(
 
     ``error``, ``model`` and ``own`` are the axis' true curve, the PC's model and the controller's own table, as
     `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is
-    (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
+    (array (n, 8 + outputs of the plant), every so many ticks, [rows used]); ``box`` is None, or that of
+    `rtec.machine._firmware_kernels`.
     """
     servo = m.servo
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
         acceleration = servo_tick(m, speed, own, plant, 0)
-        trace_tick(m, trace, error)
+        trace_tick(m, trace, error, plant)
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = 1
         if resting:

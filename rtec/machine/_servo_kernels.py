@@ -36,6 +36,7 @@ SERVO = np.dtype(
         ("x", np.float64),  # counts
         ("v", np.float64),  # counts/s
         ("command", np.float64),  # counts
+        ("command_speed", np.float64),  # counts/s, of the tick before
         ("segment", np.int64),
         ("moving", np.int64),  # sign of the last motion
         ("program", np.int64),  # sign of the last commanded motion
@@ -89,14 +90,15 @@ def servo_tick(m: Record, speed: float, own: Any, plant: Any, place: int) -> flo
             goal = sent
     if servo.dither != 0.0:
         goal += servo.dither * math.sin(2.0 * math.pi * servo.dither_hz * (servo.now_ps / PS_PER_S))
-    lag = goal - m.receiver.count * servo.counts_per_unit
+    counted = m.receiver.count * servo.counts_per_unit
+    lag = goal - counted
     servo.following_max = max(servo.following_max, abs(lag))
     if abs(lag) <= servo.deadband:
         lag = 0.0
     wanted = servo.gain_per_s * lag + servo.feedforward * speed
     wanted = min(max(wanted, -servo.max_speed), servo.max_speed)
     if servo.rigid == 0:
-        return driven(servo, wanted, plant, place)
+        return driven(servo, wanted, counted, speed, plant, place)
     if wanted == 0.0 and abs(servo.v) < servo.standstill:
         servo.v = 0.0
         return 0.0

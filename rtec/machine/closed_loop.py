@@ -53,7 +53,7 @@ _MOST_EDGES = 1e11
 _BOX_FIRST_PS = 300_000_000
 _PC_FIRST_PS = 5_500_000_000
 TRACE_COLUMNS = ("time_s", "command_mm", "encoder_mm", "true_mm", "controller_mm", "wanted", "completed", "count")
-"""What a row of a trace holds; the totals in steps."""
+"""What a row of a trace holds, before the outputs of a plant; the totals in steps."""
 
 
 class Ending(enum.Enum):
@@ -235,7 +235,7 @@ class LoopResult:
     simulated_s: float
     wall_s: float
     trace: NDArray[np.float64] | None
-    """Rows of ``TRACE_COLUMNS``, where one was asked for."""
+    """Rows of ``TRACE_COLUMNS`` and of the plant's outputs, where one was asked for."""
     cycles: int = 0
     """Cycles of the box's processor, where it runs its firmware."""
     cycles_skipped: int = 0
@@ -267,7 +267,7 @@ def run_machine(
     task
         What it does.
     trace_every
-        Keep a row of ``TRACE_COLUMNS`` every so many servo ticks; 0 keeps none.
+        Keep a row of ``TRACE_COLUMNS``, and of the plant's outputs, every so many servo ticks; 0 keeps none.
     progress
         Called with the share done, now and then.
     skip_rest
@@ -298,7 +298,8 @@ def run_machine(
     total_ps = end_ps(motion)
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
-    trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
+    outputs = () if machine.servo.plant is None else machine.servo.plant.outputs
+    trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every, len(outputs))
     records = np.concatenate([fault_records(machine.faults), probing_records(machine.probing)]).view(np.recarray)
     advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box, records)
     begun = time.perf_counter()
@@ -363,12 +364,12 @@ def _arrays(
     return readings, arrays
 
 
-def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:
+def _trace(ticks: int, every: int, outputs: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:
     """Return room for a row every so many ticks, or for none: each type of it would be one more loop to compile."""
     rows = ticks // every + 2 if every > 0 else 0
     if rows > 20_000_000:
         raise ArgumentError("trace_every", every, f"at least {ticks // 10_000_000}", "a trace is held in memory")
-    return np.zeros((rows, len(TRACE_COLUMNS))), max(every, 1), np.zeros(1, np.int64)
+    return np.zeros((rows, len(TRACE_COLUMNS) + outputs)), max(every, 1), np.zeros(1, np.int64)
 
 
 def _result(

@@ -70,9 +70,17 @@ def contour_rows(run: ContourRun) -> list[tuple[str, str]]:
         ("following error, largest", f"{d['max_following_um']:.4g} µm"),
         ("second-order formula, off by", f"{d['formula_error_um']:.2g} µm"),
         ("formula as it is misprinted, off by", f"{d['misprint_error_um']:.3g} µm"),
-        ("integration error of the drives", f"{d['integration_error_nm']:.2g} nm"),
     ]
+    if run.integration_error_nm is not None:
+        rows.append(("integration error of the drives", f"{run.integration_error_nm:.2g} nm"))
     rows += [(f"{name}, largest share of the limit", f"{share:.6f}") for name, share in run.shares.items()]
+    for letter, loop in run.loops.items():
+        counts = f"{loop.encoder_counts}, {loop.controller_counts}"
+        rows.append((f"counts of {letter}, encoder and controller", counts))
+        if run.pulses is not None and run.pulses.injector is not None:
+            what = f"{loop.insertions.inserted}; {abs(loop.pending_steps)} wait"
+            rows.append((f"insertions of {letter} ({loop.step_counts} counts each)", what))
+            rows.append((f"counts of {letter} are accounted for", "yes" if loop.audit else "no"))
     return rows
 
 

@@ -7,7 +7,7 @@ that the drives' linear answer predicts exceeds a limit, and the run afterwards 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -16,9 +16,11 @@ import numpy.typing as npt
 
 from rtec.axis.plants import BallScrew, DriveRun, LinearMotor, run_drive
 from rtec.errors import ArgumentError
+from rtec.machine import LoopResult
 from rtec.toolpath.contour_error import Estimate, contour_error, estimate
 from rtec.toolpath.feed import FeedLimits, FeedPlan, plan_feed
 from rtec.toolpath.path import Path
+from rtec.toolpath.pulses import Pulses, run_over_pulses
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -88,6 +90,10 @@ class ContourRun:
     """Highest constant feed that keeps the same limit, in mm/s, and the time that the path takes at it, in s."""
     unlimited_s: float | None = None
     """Time that the path takes without the limit."""
+    pulses: Pulses | None = None
+    """What is between drives and controller."""
+    loops: Mapping[str, LoopResult] = field(default_factory=dict)
+    """What boxes and receivers did, by letter, where there are pulses."""
 
     @property
     def time_s(self) -> Floats:
@@ -120,6 +126,11 @@ class ContourRun:
             for kind, letter in [(use.kind, LETTERS[use.axis] if use.axis >= 0 else "along the path")]
         }
 
+    @property
+    def integration_error_nm(self) -> float | None:
+        """Bound of the positions' error; with pulses it is not known: two integrations count at other times."""
+        return None if self.loops else max(run.integration_error_nm for run in self.axes.values())
+
     def document(self) -> dict[str, object]:
         """Return what ``rtec contour --json`` prints."""
         contour, following = 1e3 * np.abs(self.contour_mm), 1e3 * self.following_mm
@@ -139,13 +150,34 @@ class ContourRun:
             "misprint_error_um": float(np.nanmax(1e3 * np.abs(self.misprint_mm - self.contour_mm))),
             "limits_held": self.limits_held,
             "largest_shares": self.shares,
-            "integration_error_nm": max(run.integration_error_nm for run in self.axes.values()),
+            "integration_error_nm": self.integration_error_nm,
             "limit_um": None if self.limit_mm is None else 1e3 * self.limit_mm,
             "time_unlimited_s": self.unlimited_s,
         }
         if self.steady is not None:
             found |= {"constant_feed_mm_s": self.steady[0], "time_at_constant_feed_s": self.steady[1]}
+        if self.pulses is not None:
+            box = self.pulses.injector
+            found["pulses"] = {
+                "count_um": 1e3 * self.pulses.count_mm,
+                "design": None if box is None else box.design.key,
+                "axes": {letter: _pulse_figures(loop) for letter, loop in self.loops.items()},
+            }
         return found
+
+
+def _pulse_figures(loop: LoopResult) -> dict[str, object]:
+    return {
+        "encoder_counts": loop.encoder_counts,
+        "controller_counts": loop.controller_counts,
+        "step_counts": loop.step_counts,
+        "corrections_inserted": loop.insertions.inserted,
+        "corrections_pending": loop.pending_steps,
+        "refused_too_fast": loop.insertions.refused,
+        "illegal_transitions": loop.received.illegal_transitions,
+        "min_separation_ps": loop.received.min_separation_ps,
+        "audit": loop.audit,
+    }
 
 
 def run_contour(
@@ -154,6 +186,8 @@ def run_contour(
     *,
     limit_mm: float | None = None,
     corrector: Corrector | None = None,
+    pulses: Pulses | None = None,
+    travel_mm: float | None = None,
     progress: Progress = lambda share: None,
 ) -> ContourRun:
     """Plan a path for a drive in each axis, run it, and hold the carriages against the path.
@@ -167,20 +201,28 @@ def run_contour(
     limit_mm
         Of the contour error: the feed is lowered where the prediction exceeds it.
     corrector
-        What a corrector has inserted; nothing in an axis that it does not name.
+        What is inserted at once and without counts; nothing in an axis that it does not name.
+    pulses
+        Encoders with counts, errors of the scales, and a box that corrects them; ideal encoders without.
+    travel_mm
+        How far each axis can go.
     progress
         Called with the share done.
 
     Raises
     ------
     ArgumentError
-        No such drive, a limit that is no length above zero, or a path that cannot be planned or takes too long.
+        No such drive, a limit that is no length above zero, a path that is wider than the travel, cannot be planned
+        or takes too long, both corrector and pulses, or what `run_over_pulses` raises.
     """
     if drive not in DRIVES:
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
     if limit_mm is not None and not 0.0 < limit_mm < 1e3:
         raise ArgumentError("limit", f"{limit_mm:g} mm", "a length above 0, up to 1 m")
-    axes = _Axes(path, drive, corrector)
+    if corrector is not None and pulses is not None:
+        raise ArgumentError("corrector", "given with pulses", "one of them")
+    _check_travel(path, travel_mm)
+    axes = _Axes(path, drive, corrector, pulses)
     progress(0.05)
     free = axes.run(axes.plan())
     progress(0.3)
@@ -197,6 +239,16 @@ def run_contour(
     return replace(found, limit_mm=limit_mm, steady=steady, unlimited_s=free.plan.time_s)
 
 
+def _check_travel(path: Path, travel_mm: float | None) -> None:
+    if travel_mm is None:
+        return
+    place = path.points(np.linspace(0.0, path.length_mm, _PLACES))
+    for letter, width in zip(LETTERS, np.ptp(place, axis=0), strict=False):
+        if width > travel_mm:
+            found = f"{path.name} is {width:.6g} mm wide in {letter}"
+            raise ArgumentError("path", found, f"a path within the travel of {travel_mm:.6g} mm")
+
+
 @dataclass(frozen=True, slots=True)
 class _Axes:
     """A path, the drive in each of its axes, and what a corrector inserts there."""
@@ -204,6 +256,7 @@ class _Axes:
     path: Path
     drive: str
     corrector: Corrector | None
+    pulses: Pulses | None
 
     def plan(self, feed_mm_s: float | Floats | None = None) -> FeedPlan:
         """Return the plan below a feed, or a table of it, and below the F words of a program."""
@@ -228,8 +281,14 @@ class _Axes:
         clock = np.arange(samples) * kind.period_s
         time_s = np.minimum(clock, plan.time_s)
         place, (velocity, acceleration, _) = plan.positions(time_s), plan.axis_motion(time_s)
-        axes = {}
+        axes: dict[str, DriveRun] = {}
+        loops: dict[str, LoopResult] = {}
         for k, letter in enumerate(LETTERS[: path.dimensions]):
+            if self.pulses is not None:
+                axes[letter], loops[letter] = run_over_pulses(
+                    kind.make(), kind.period_s, place[:, k], self.pulses, letter
+                )
+                continue
             inserted = None if self.corrector is None else self.corrector.get(letter)
             axes[letter] = run_drive(
                 kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k], corrector=inserted
@@ -245,6 +304,8 @@ class _Axes:
             contour_mm=contour_error(path, s_mm, load).error_mm,
             formula_mm=estimate(path, s_mm, load, Estimate.SECOND_ORDER),
             misprint_mm=estimate(path, s_mm, load, Estimate.AS_PRINTED),
+            pulses=self.pulses,
+            loops=MappingProxyType(loops),
         )
 
 

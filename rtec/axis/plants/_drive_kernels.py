@@ -94,18 +94,32 @@ def is_sliding(f: FloatArray, held: FloatArray, v: float, change: float) -> bool
     return bool(abs(v) > change and total >= SLIDING * dry_bound(f, abs(v)))
 
 
-@helper
-def controlled(c: Record, command: float, speed: float, acceleration: float, position: float, motor: float) -> float:
-    """Return the current that the loops ask for: ``position`` closes the outer, ``motor`` the velocity loop."""
+@fused_step
+def measure_speed(c: Record, motor: float) -> None:
+    """Take the speed from two positions of the motor, through the filter."""
     c.speed += c.filter_share * ((motor - c.last_mm) / c.period_s - c.speed)
     c.last_mm = motor
-    if c.open_loop > 0.0:
-        return float(min(max(command, -c.limit_a), c.limit_a))
-    lacking = c.position_gain * (command - position) + c.velocity_feedforward * speed - c.speed
+
+
+@fused_step
+def current_for(c: Record, wanted: float, acceleration: float, motor: float) -> float:
+    """Return the current that the velocity loop asks for: ``wanted`` is what the position loop asks of it."""
+    measure_speed(c, motor)
+    lacking = wanted - c.speed
     asked = c.velocity_gain * lacking + c.integral_a + c.acceleration_a * acceleration
     given = min(max(asked, -c.limit_a), c.limit_a)
     c.integral_a += c.integral_share * lacking + RELEASE * (given - asked)
     return float(given)
+
+
+@helper
+def controlled(c: Record, command: float, speed: float, acceleration: float, position: float, motor: float) -> float:
+    """Return the current that the loops ask for: ``position`` closes the outer, ``motor`` the velocity loop."""
+    if c.open_loop > 0.0:
+        measure_speed(c, motor)
+        return float(min(max(command, -c.limit_a), c.limit_a))
+    wanted = c.position_gain * (command - position) + c.velocity_feedforward * speed
+    return float(current_for(c, wanted, acceleration, motor))
 
 
 @fused_step
@@ -135,6 +149,45 @@ def motor_acceleration(
     return float((m.n_per_a * current - cogging - friction(f, held, moved, v)) * m.per_mass)
 
 
+@fused_step
+def move_linear_motor(
+    m: Record,
+    c: Record,
+    f: FloatArray,
+    held: FloatArray,
+    x: float,
+    v: float,
+    current: float,
+    asked: float,
+    finer: int,
+) -> tuple[float, float, float]:
+    """Return position, speed and current a control period later."""
+    sine, cosine = math.sin(m.per_mm * x + m.phase), math.cos(m.per_mm * x + m.phase)
+    a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
+    change = 2.0 * c.period_s * (abs(a1) + abs(m.n_per_a * (asked - current)) * m.per_mass)
+    steps = finer if is_sliding(f, held, v, change) else FINE * finer
+    h = c.period_s / steps
+    decay = math.exp(-0.5 * h / c.lag_s)
+    for k in range(steps):
+        middle = asked + (current - asked) * decay
+        end = asked + (middle - asked) * decay
+        if k > 0:
+            a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
+        d = 0.5 * h * v
+        a2 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a1, middle)
+        d += 0.25 * h * h * a1
+        a3 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a2, middle)
+        d = h * v + 0.5 * h * h * a2
+        a4 = motor_acceleration(m, f, held, sine, cosine, d, v + h * a3, end)
+        d = h * v + h * h * (a1 + a2 + a3) / 6.0
+        x += d
+        v += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+        current, turn = end, m.per_mm * d
+        sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
+        remember(f, held, d, v)
+    return x, v, current
+
+
 @fused_kernel
 def run_linear_motor(
     m: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, table: FloatArray, every: int,
@@ -151,29 +204,7 @@ def run_linear_motor(
             out[FRICTION_N, at] = friction(f, held, 0.0, v)
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, seen)
         asked += in_table(table, m.per_mm * seen / (2.0 * math.pi))
-        sine, cosine = math.sin(m.per_mm * x + m.phase), math.cos(m.per_mm * x + m.phase)
-        a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
-        change = 2.0 * c.period_s * (abs(a1) + abs(m.n_per_a * (asked - current)) * m.per_mass)
-        steps = finer if is_sliding(f, held, v, change) else FINE * finer
-        h = c.period_s / steps
-        decay = math.exp(-0.5 * h / c.lag_s)
-        for k in range(steps):
-            middle = asked + (current - asked) * decay
-            end = asked + (middle - asked) * decay
-            if k > 0:
-                a1 = motor_acceleration(m, f, held, sine, cosine, 0.0, v, current)
-            d = 0.5 * h * v
-            a2 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a1, middle)
-            d += 0.25 * h * h * a1
-            a3 = motor_acceleration(m, f, held, sine, cosine, d, v + 0.5 * h * a2, middle)
-            d = h * v + 0.5 * h * h * a2
-            a4 = motor_acceleration(m, f, held, sine, cosine, d, v + h * a3, end)
-            d = h * v + h * h * (a1 + a2 + a3) / 6.0
-            x += d
-            v += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
-            current, turn = end, m.per_mm * d
-            sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
-            remember(f, held, d, v)
+        x, v, current = move_linear_motor(m, c, f, held, x, v, current, asked, finer)
 
 
 @fused_step
@@ -212,6 +243,43 @@ def is_smooth(
     return bears and is_sliding(f[0], held[0], p, reach * motor) and is_sliding(f[1], held[1], v, reach * carriage)
 
 
+@fused_step
+def move_ball_screw(
+    s: Record, c: Record, f: FloatArray, held: FloatArray, q: float, x: float, p: float, v: float, current: float,
+    asked: float, finer: int,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Return motor, carriage, their speeds and the current a control period later."""
+    sine, cosine = math.sin(s.per_mm * q + s.phase), math.cos(s.per_mm * q + s.phase)
+    a1, b1 = screw_accelerations(s, f, held, sine, cosine, q - x, 0.0, 0.0, p, v, current)
+    change = abs(a1) + abs(s.n_per_a * (asked - current)) * s.per_motor
+    smooth = is_smooth(s, f, held, q - x + s.runout_mm * sine, p, v, change, abs(b1), c.period_s)
+    steps = finer if smooth else FINE * finer
+    h = c.period_s / steps
+    decay = math.exp(-0.5 * h / c.lag_s)
+    for k in range(steps):
+        middle = asked + (current - asked) * decay
+        end = asked + (middle - asked) * decay
+        half, apart = 0.5 * h, q - x
+        if k > 0:
+            a1, b1 = screw_accelerations(s, f, held, sine, cosine, apart, 0.0, 0.0, p, v, current)
+        p2, v2 = p + half * a1, v + half * b1
+        a2, b2 = screw_accelerations(s, f, held, sine, cosine, apart, half * p, half * v, p2, v2, middle)
+        p3, v3 = p + half * a2, v + half * b2
+        a3, b3 = screw_accelerations(s, f, held, sine, cosine, apart, half * p2, half * v2, p3, v3, middle)
+        p4, v4 = p + h * a3, v + h * b3
+        a4, b4 = screw_accelerations(s, f, held, sine, cosine, apart, h * p3, h * v3, p4, v4, end)
+        way_q = h * (p + 2.0 * p2 + 2.0 * p3 + p4) / 6.0
+        way_x = h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
+        q, x = q + way_q, x + way_x
+        p += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+        v += h * (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 6.0
+        current, turn = end, s.per_mm * way_q
+        sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
+        remember(f[0], held[0], way_q, p)
+        remember(f[1], held[1], way_x, v)
+    return q, x, p, v, current
+
+
 @fused_kernel
 def run_ball_screw(
     s: Record, c: Record, f: FloatArray, held: FloatArray, commands: FloatArray, every: int, finer: int,
@@ -230,34 +298,7 @@ def run_ball_screw(
             out[FRICTION_N, at] = friction(f[0], held[0], 0.0, p) + friction(f[1], held[1], 0.0, v)
         motor = q if by_scale else seen
         asked = controlled(c, commands[0, tick], commands[1, tick], commands[2, tick], seen, motor)
-        sine, cosine = math.sin(s.per_mm * q + s.phase), math.cos(s.per_mm * q + s.phase)
-        a1, b1 = screw_accelerations(s, f, held, sine, cosine, q - x, 0.0, 0.0, p, v, current)
-        change = abs(a1) + abs(s.n_per_a * (asked - current)) * s.per_motor
-        smooth = is_smooth(s, f, held, q - x + s.runout_mm * sine, p, v, change, abs(b1), c.period_s)
-        steps = finer if smooth else FINE * finer
-        h = c.period_s / steps
-        decay = math.exp(-0.5 * h / c.lag_s)
-        for k in range(steps):
-            middle = asked + (current - asked) * decay
-            end = asked + (middle - asked) * decay
-            half, apart = 0.5 * h, q - x
-            if k > 0:
-                a1, b1 = screw_accelerations(s, f, held, sine, cosine, apart, 0.0, 0.0, p, v, current)
-            p2, v2 = p + half * a1, v + half * b1
-            a2, b2 = screw_accelerations(s, f, held, sine, cosine, apart, half * p, half * v, p2, v2, middle)
-            p3, v3 = p + half * a2, v + half * b2
-            a3, b3 = screw_accelerations(s, f, held, sine, cosine, apart, half * p2, half * v2, p3, v3, middle)
-            p4, v4 = p + h * a3, v + h * b3
-            a4, b4 = screw_accelerations(s, f, held, sine, cosine, apart, h * p3, h * v3, p4, v4, end)
-            way_q = h * (p + 2.0 * p2 + 2.0 * p3 + p4) / 6.0
-            way_x = h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0
-            q, x = q + way_q, x + way_x
-            p += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
-            v += h * (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 6.0
-            current, turn = end, s.per_mm * way_q
-            sine, cosine = turned(sine, cosine, turn), turned(cosine, -sine, turn)
-            remember(f[0], held[0], way_q, p)
-            remember(f[1], held[1], way_x, v)
+        q, x, p, v, current = move_ball_screw(s, c, f, held, q, x, p, v, current, asked, finer)
 
 
 @fused_kernel

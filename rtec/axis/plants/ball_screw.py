@@ -8,11 +8,16 @@ from enum import Enum
 
 import numpy as np
 
-from rtec._jit import new_record
-from rtec.axis.plants import _drive_kernels as kernels
-from rtec.axis.plants.cascade import Cascade
+from rtec._jit import Record, new_record
+from rtec.axis.plant import Plant
+from rtec.axis.plants import _drive_kernels as kernels, _plant_kernels
+from rtec.axis.plants.cascade import OUTPUTS, Cascade, numbers_of
 from rtec.axis.plants.friction import FloatArray, Friction
+from rtec.axis.servo import Servo
 from rtec.checks import number_within, one_of_types
+
+_ROUNDS = 20
+"""Until the motor's place is found: each takes away all but the slope of the runout."""
 
 
 class Feedback(Enum):
@@ -121,8 +126,7 @@ class BallScrew:
         """Force at the nut of a current."""
         return self.nm_per_a * 2e3 * math.pi / self.lead_mm
 
-    def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
-        """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
+    def _record(self) -> Record:
         s = new_record(kernels.SCREW)
         s.per_motor, s.per_carriage, s.n_per_a = 1e3 / self.motor_mass_kg, 1e3 / self.carriage_kg, self.n_per_a
         s.stiffness, s.damping = 1e3 * self.stiffness_n_um, 1e-3 * self.damping_n_s_m
@@ -134,8 +138,36 @@ class BallScrew:
             s.runout_mm = 1e-3 * self.once_a_turn.amplitude_um
         elif isinstance(self.once_a_turn, TorqueRipple):
             s.ripple_n = self.once_a_turn.amplitude_nm * 2e3 * math.pi / self.lead_mm
-        c = self.cascade.state(self.motor_mass_kg + self.carriage_kg, self.n_per_a, open_loop=open_loop)
-        f = np.stack([self.motor_friction.numbers(), self.carriage_friction.numbers()])
+        return s
+
+    def _friction(self) -> FloatArray:
+        return np.stack([self.motor_friction.numbers(), self.carriage_friction.numbers()])
+
+    def _cascade(self, *, open_loop: bool = False) -> Record:
+        return self.cascade.state(self.motor_mass_kg + self.carriage_kg, self.n_per_a, open_loop=open_loop)
+
+    def servo(self) -> Servo:
+        """Return the servo that moves this drive in a closed loop (`rtec.machine`), with encoder and box."""
+        s, c = self._record(), self._cascade()
+        motor = 0.0
+        if s.scale > 0.0:  # the scale reads 0 where the nut is there
+            for _ in range(_ROUNDS):
+                motor = -s.runout_mm * math.sin(s.per_mm * motor + s.phase)
+        c.last_mm = motor
+        carriage = motor + s.runout_mm * math.sin(s.per_mm * motor + s.phase)
+        memory = kernels.new_memory(2).ravel()
+        return self.cascade.servo(
+            Plant(
+                function=_plant_kernels.ball_screw,
+                numbers=np.concatenate([[self._steps()], numbers_of(s), self._friction().ravel()]),
+                state=np.concatenate([np.zeros(5), [motor, carriage, 0.0, 0.0, 0.0], numbers_of(c), memory]),
+                outputs=OUTPUTS,
+            )
+        )
+
+    def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
+        """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
+        s, c, f = self._record(), self._cascade(open_loop=open_loop), self._friction()
         out = kernels.new_outputs(commands, every)
         kernels.run_ball_screw(s, c, f, kernels.new_memory(2), commands, every, finer * self._steps(), out)
         return out

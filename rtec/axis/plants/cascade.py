@@ -5,15 +5,31 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from rtec._jit import Record, new_record
+from rtec.axis.plant import Plant
 from rtec.axis.plants._drive_kernels import CONTROL
+from rtec.axis.servo import Servo
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
+from rtec.units import PS_PER_US
 
+FloatArray = npt.NDArray[np.float64]
 STEP_RAD = 0.25
 """Largest step of the fastest motion: the method then errs by 1e-5 of a turn of it."""
 MOST_STEPS = 64
 """Of a period, so that a run ends."""
+_FASTEST_MM_S = 1e4
+
+OUTPUTS = ("load_mm", "load_mm_s", "current_a", "friction_n")
+"""What a drive in a closed loop says of itself, as its period begins."""
+
+
+def numbers_of(record: Record) -> FloatArray:
+    """Return the fields of a kernels' record as they lie."""
+    return np.array(record.tolist())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +102,19 @@ class Cascade:
             raise ArgumentError("drive", f"a resonance of {rate_hz:.4g} Hz", allowed)
         return max(1, math.ceil(2e-6 * math.pi * rate_hz * self.period_us / STEP_RAD))
 
-    def state(self, mass_kg: float, n_per_a: float, *, open_loop: bool) -> Record:
+    def servo(self, plant: Plant) -> Servo:
+        """Return the position loop of this cascade, for a closed loop whose plant is the drive with the others."""
+        return Servo(
+            period_ps=round(self.period_us * PS_PER_US),
+            gain_per_s=self.position_gain_per_s,
+            feedforward=self.velocity_feedforward,
+            max_speed_mm_s=_FASTEST_MM_S,
+            deadband_counts=0.0,
+            standstill_counts_s=0.0,
+            plant=plant,
+        )
+
+    def state(self, mass_kg: float, n_per_a: float, *, open_loop: bool = False) -> Record:
         """Return the kernels' record of the loops at rest, for a mass and the force of a current."""
         c = new_record(CONTROL)
         c.period_s = 1e-6 * self.period_us

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from rtec._jit import new_record
-from rtec.axis.plants import _drive_kernels as kernels
-from rtec.axis.plants.cascade import Cascade
+import numpy as np
+
+from rtec._jit import Record, new_record
+from rtec.axis.plant import Plant
+from rtec.axis.plants import _drive_kernels as kernels, _plant_kernels
+from rtec.axis.plants.cascade import OUTPUTS, Cascade, numbers_of
 from rtec.axis.plants.friction import FloatArray, Friction
+from rtec.axis.servo import Servo
 from rtec.checks import number_within, one_of_types
 from rtec.compiled import finite_array
 
@@ -66,15 +70,36 @@ class LinearMotor:
         stiffness = self.friction.stiffness_n_mm + 2.0 * math.pi * self.cogging_n / self.cogging_period_mm
         return self.cascade.steps(1e3 * stiffness / self.mass_kg)
 
-    def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
-        """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
+    def _map(self) -> FloatArray:
+        return finite_array("feedforward_map_a", self.feedforward_map_a)
+
+    def _record(self) -> Record:
         m = new_record(kernels.MOTOR)
         m.per_mass, m.n_per_a = 1e3 / self.mass_kg, self.n_per_a
         m.per_mm, m.phase = 2.0 * math.pi / self.cogging_period_mm, math.radians(self.cogging_phase_deg)
         m.cogging_n = self.cogging_n
+        return m
+
+    def servo(self) -> Servo:
+        """Return the servo that moves this drive in a closed loop (`rtec.machine`), with encoder and box."""
+        loops = numbers_of(self.cascade.state(self.mass_kg, self.n_per_a))
+        steps, memory = self._steps(), kernels.new_memory(1).ravel()
+        numbers = [np.array([steps]), numbers_of(self._record()), self.friction.numbers(), self._map()]
+        return self.cascade.servo(
+            Plant(
+                function=_plant_kernels.linear_motor,
+                numbers=np.concatenate(numbers),
+                state=np.concatenate([np.zeros(5), np.zeros(3), loops, memory]),
+                outputs=OUTPUTS,
+            )
+        )
+
+    def simulate(self, commands: FloatArray, every: int, finer: int, *, open_loop: bool) -> FloatArray:
+        """Return what `run_drive` records, shape (outputs, samples), from commands of shape (4, periods)."""
+        m = self._record()
         c = self.cascade.state(self.mass_kg, self.n_per_a, open_loop=open_loop)
         out = kernels.new_outputs(commands, every)
-        table = finite_array("feedforward_map_a", self.feedforward_map_a).copy()
+        table = self._map().copy()
         held = kernels.new_memory(1)[0]
         kernels.run_linear_motor(
             m, c, self.friction.numbers(), held, commands, table, every, finer * self._steps(), out

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from rtec.axis.command import cubics
 from rtec.axis.plants import _drive_kernels as kernels
 from rtec.axis.plants.ball_screw import BallScrew
 from rtec.axis.plants.linear_motor import LinearMotor
@@ -121,7 +122,7 @@ def run_drive(
         offset = _like(at_s, "corrector", corrector(at_s))
     elif corrector is not None:
         offset = _held(_like(time, "corrector", corrector), every)
-    position = _cubic(command, period_s * derived, every)
+    position = _between(command, period_s, every)
     commands = np.stack([position, between(speed), between(acceleration), offset])
     return _run(drive, time, command, commands, every, open_loop=False)
 
@@ -220,14 +221,12 @@ def _like(time: FloatArray, name: str, values: npt.ArrayLike) -> FloatArray:
     return array
 
 
-def _cubic(values: FloatArray, slopes: FloatArray, every: int) -> FloatArray:
-    """Return values at control periods: a cubic between two samples, with these slopes a sample there."""
-    u = np.arange(every) / every
-    rise = np.diff(values)
-    square = 3.0 * rise - 2.0 * slopes[:-1] - slopes[1:]
-    cube = slopes[:-1] + slopes[1:] - 2.0 * rise
-    pieces = [values[:-1, None], slopes[:-1, None] * u, square[:, None] * u**2, cube[:, None] * u**3]
-    return np.append((pieces[0] + pieces[1] + pieces[2] + pieces[3]).ravel(), values[-1])
+def _between(values: FloatArray, period_s: float, every: int) -> FloatArray:
+    """Return values at control periods, on the cubics through the samples."""
+    u = np.arange(every) * period_s / every
+    slope, second, third = (part[:, None] for part in cubics(values, period_s))
+    inner = values[:-1, None] + u * (slope + u * (second / 2.0 + u * third / 6.0))
+    return np.append(inner.ravel(), values[-1])
 
 
 def _held(values: FloatArray, every: int) -> FloatArray:

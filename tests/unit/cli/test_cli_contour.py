@@ -36,6 +36,17 @@ def test_it_exits_with_1_where_a_limit_is_not_kept(said, program):
     assert "does not keep the limit" in out
 
 
+def test_a_box_between_drives_and_controller(answer, program, tmp_path):
+    table = tmp_path / "scale.csv"
+    table.write_text("# backlash: 0 um\nposition_mm,forward_mm\n-100,-0.01\n100,0.01\n")
+    given = ("--path", program, "--drive", "ball-screw", "--count", "1um", "--scale-error", f"x={table}")
+    found = answer(*given, "--design", "c")["pulses"]
+    assert (found["design"], found["axes"]["x"]["step_counts"]) == ("c", 2)
+    assert found["axes"]["x"]["corrections_inserted"] > 0 == found["axes"]["y"]["corrections_inserted"]
+    assert found["axes"]["x"]["audit"]
+    assert answer(*given)["pulses"]["design"] is None
+
+
 def test_what_it_refuses(refused, program, tmp_path):
     assert "no such" in refused("--path", tmp_path / "gone.ngc", "--drive", "ball-screw")
     assert "linear-motor" in refused("--path", "circle", "--drive", "belt")
@@ -43,3 +54,7 @@ def test_what_it_refuses(refused, program, tmp_path):
     assert "line" in refused("--path", program, "--drive", "ball-screw")
     program.write_text('{"degree": 3, "knots": [0, 1], "control_points": [[0, 0]]}')
     assert refused("--path", program, "--drive", "ball-screw")
+    circle = ("--path", "circle", "--drive", "ball-screw")
+    assert "--design needs --count" in refused(*circle, "--design", "c")
+    assert "x, y or z" in refused(*circle, "--count", "1um", "--scale-error", "w=scale.csv")
+    assert "wide in x" in refused(*circle, "--travel", "20cm")

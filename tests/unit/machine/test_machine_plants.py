@@ -117,8 +117,9 @@ def test_a_corrected_axis_on_a_spring_keeps_its_counts():
     ("wrong", "says"),
     [
         ({"function": 3}, "a function"),
-        ({"state": ()}, "1 to 16"),
-        ({"state": [0.0] * 17}, "1 to 16"),
+        ({"state": ()}, "1 to 32"),
+        ({"state": [0.0] * 33}, "1 to 32"),
+        ({"outputs": ("force_n", "speed_mm_s")}, "at most 0"),
         ({"numbers": [math.inf]}, "finite"),
         ({"numbers": "x"}, "a list of numbers"),
     ],
