@@ -8,15 +8,18 @@ Example::
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from into_page import print_or_write
 
-from rtec.axis.plants import DriveRun, run_drive
+from rtec.axis.plants import run_drive
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.predictors import UnidirectionalTable
 from rtec.toolpath import circle
 from rtec.toolpath.contouring import DRIVES, ContourRun, Floats, run_contour
+from rtec.toolpath.pulses import Pulses, run_over_pulses
 
 COUNTS = {"Original, A": 4, "B": 1, "C": 2}
 """Of a step, by design."""
@@ -25,16 +28,19 @@ COUNT_MM = {"ball-screw": 0.001, "linear-motor": 0.002}
 """So that the encoder stays below 500 kHz: 75 and 313 kHz."""
 _SCALE, _WAVE_MM, _PERIOD_MM = 100e-6, 0.010, 12.0
 """The error that is corrected: of the scale, and a wave."""
+_SLOW = 0.1
+"""Share of the feed, for the second circle."""
+_PLACES_MM = np.linspace(-200.0, 200.0, 4001)
+ERROR = UnidirectionalTable(
+    positions_mm=_PLACES_MM,
+    errors_mm=_SCALE * _PLACES_MM + _WAVE_MM * np.sin(2.0 * np.pi * _PLACES_MM / _PERIOD_MM),
+    backlash_mm=0.0,
+)
 
 
-def error_at(place_mm: Floats) -> Floats:
-    """Return what is to be inserted at places, in mm."""
-    return _SCALE * place_mm + _WAVE_MM * np.sin(2.0 * np.pi * place_mm / _PERIOD_MM)
-
-
-def stepped(values_mm: Floats, step_mm: float) -> Floats:
-    """Return values in whole steps: the box inserts when the next step is due."""
-    return np.round(values_mm / step_mm) * step_mm
+def box_of(design: Design, processor: Processor) -> InjectorSettings:
+    """Return a box that holds real edges back while it inserts."""
+    return InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
 
 
 def one_step(drive: str, step_mm: float) -> tuple[float, float, float]:
@@ -58,44 +64,74 @@ def one_step(drive: str, step_mm: float) -> tuple[float, float, float]:
     return 1e3 * float(off.max() - step_mm), float(current), 1e3 * last * kind.period_s
 
 
-def on_a_circle(drive: str) -> Iterator[tuple[str, float, float, float, float]]:
-    """Yield design and what its steps add to a smooth correction on a circle: worst and RMS in um, A and Hz."""
-    free = run_contour(circle(), drive)
-    ways = {letter: (run.time_s, run.command_mm) for letter, run in free.axes.items()}
-
-    def corrector(step_mm: float | None) -> dict[str, Callable[[Floats], Floats]]:
-        def of(letter: str) -> Callable[[Floats], Floats]:
-            def inserted(time_s: Floats) -> Floats:
-                wanted = error_at(np.interp(time_s, *ways[letter]))
-                wanted = wanted - wanted[0]
-                return wanted if step_mm is None else stepped(wanted, step_mm)
-
-            return inserted
-
-        return {letter: of(letter) for letter in ways}
-
-    smooth = run_contour(circle(), drive, corrector=corrector(None))
-    for design, counts in COUNTS.items():
-        run = run_contour(circle(), drive, corrector=corrector(counts * COUNT_MM[drive]))
-        added = 1e3 * (run.contour_mm - smooth.contour_mm)
-        current = max(_peak(run.axes[letter], smooth.axes[letter]) for letter in ways)
-        yield design, float(np.abs(added).max()), float(np.sqrt(np.mean(added**2))), current, _line(run, smooth)
+def pulses_of(drive: str, box: InjectorSettings | None, *, wrong: bool = True) -> Pulses:
+    """Return encoders of a drive with a box, their scales wrong or not."""
+    errors = dict.fromkeys("xy", ERROR) if wrong else {}
+    return Pulses(count_mm=COUNT_MM[drive], injector=box, errors=errors)
 
 
-def _peak(one: DriveRun, other: DriveRun) -> float:
-    return float(np.abs(one.current_a - other.current_a).max())
+def on_a_circle(drive: str, share: float) -> Iterator[str]:
+    """Yield rows of what boxes make of the circle at a share of the drive's speed."""
+    speed = share * SPEEDS_MM_S[drive]
+
+    def run(box: InjectorSettings | None, *, wrong: bool = True) -> ContourRun:
+        return run_contour(circle(), drive, pulses=pulses_of(drive, box, wrong=wrong), feed_mm_s=speed)
+
+    perfect = run(None, wrong=False)
+
+    def row(name: str, one: ContourRun) -> str:
+        error = 1e3 * np.abs(one.contour_mm)
+        ends = one.time_s.size
+        pairs = [(axis.current_a, perfect.axes[k].current_a[:ends]) for k, axis in one.axes.items()]
+        current = max(float(np.abs(a - b).max()) for a, b in pairs)
+        loops = one.loops.values()
+        inserted = sum(loop.insertions.inserted for loop in loops)
+        if one.stopped_s is not None:
+            what = f"stopped after {one.stopped_s:.2f} s | | {inserted} | | | no"
+            return f"| {drive}, {speed:g} mm/s | {name} | {what} |"
+        sound = "yes" if all(loop.audit for loop in loops) else "no"
+        figures = f"{error.max():.1f} µm | {np.sqrt(np.mean(error**2)):.2f} µm | {inserted} | {current:.2f} A"
+        return f"| {drive}, {speed:g} mm/s | {name} | {figures} | {line_of(one, perfect):.0f} Hz | {sound} |"
+
+    yield row("perfect scales, no box", perfect)
+    yield row("no box", run(None))
+    for design in Design:
+        for processor in (Processor.FAST, Processor.MCS51):
+            yield row(f"{design.short}, {processor.value}", run(box_of(design, processor)))
 
 
-def _line(run: ContourRun, smooth: ContourRun) -> float:
-    """Return the frequency of the largest line of what the steps add to the way of x, in Hz."""
-    off = run.axes["x"].load_mm - smooth.axes["x"].load_mm
-    size = np.abs(np.fft.rfft(np.hanning(off.size) * (off - off.mean())))
-    period = float(np.diff(run.axes["x"].time_s[:2])[0])
-    return float(np.fft.rfftfreq(off.size, period)[size.argmax()])
+def line_of(run: ContourRun, other: ContourRun) -> float:
+    """Return the frequency of the largest line of what one run adds to the way of x in another, in Hz."""
+    off = run.axes["x"].load_mm - other.axes["x"].load_mm
+    return _largest_line(off, float(np.diff(run.time_s[:2])[0]))
+
+
+def _largest_line(values: Floats, period_s: float) -> float:
+    size = np.abs(np.fft.rfft(np.hanning(values.size) * (values - values.mean())))
+    return float(np.fft.rfftfreq(values.size, period_s)[size.argmax()])
+
+
+def standing(drive: str) -> Iterator[str]:
+    """Yield rows of how much a drive moves while it stands for two seconds, by what is counted."""
+    kind = DRIVES[drive]
+    still = np.full(round(2.0 / kind.period_s), 10.0)
+    for count_mm in (1e-4, COUNT_MM[drive], 1e-2):
+        for design in (None, Design.C):
+            box = None if design is None else box_of(design, Processor.FAST)
+            pulses = Pulses(count_mm=count_mm, injector=box, errors={"x": ERROR})
+            run, loop = run_over_pulses(kind.make(), kind.period_s, still, pulses, "x")
+            half = run.load_mm[still.size // 2 :]
+            moves = float(np.ptp(half))
+            line = f"{_largest_line(half, kind.period_s):.0f} Hz" if moves > 0.01 * count_mm else "-"
+            name = "no box" if design is None else f"{design.short}"
+            yield (
+                f"| {drive} | {1e3 * count_mm:g} µm | {name} | {1e6 * moves:.1f} nm | {line} "
+                f"| {loop.insertions.inserted} |"
+            )
 
 
 def tables() -> str:
-    """Return both tables."""
+    """Return the tables."""
     lines = [
         "| drive at full speed | design | step | carriage overshoots by | extra current | within a tenth after |",
         "|---|---|---|---|---|---|",
@@ -110,14 +146,16 @@ def tables() -> str:
             )
     lines += [
         "",
-        "| circle of 150 mm | design | step | contour error added, worst | RMS | extra current | largest line of x |",
-        "|---|---|---|---|---|---|---|",
+        "| circle of 150 mm | box | contour error, worst | RMS | insertions | extra current | largest line in x "
+        "| counts right |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for drive in SPEEDS_MM_S:
-        for design, worst, rms, current, line in on_a_circle(drive):
-            step = 1e3 * COUNTS[design] * COUNT_MM[drive]
-            figures = f"{worst:.2f} µm | {rms:.2f} µm | {current:.2f} A | {line:.0f} Hz"
-            lines.append(f"| {drive} | {design} | {step:g} µm | {figures} |")
+        for share in (1.0, _SLOW):
+            lines += on_a_circle(drive, share)
+    lines += ["", "| standing at 10 mm | count | box | moves by | line | insertions |", "|---|---|---|---|---|---|"]
+    for drive in SPEEDS_MM_S:
+        lines += standing(drive)
     return "\n".join(lines) + "\n"
 
 

@@ -15,6 +15,7 @@ from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.page_folder import write_page_folder
 from rtec.report.palette import ALARM, FORWARD, GREEN, GREY, GUIDE, MEASURED, PURPLE, REVERSE, SERIES
 from rtec.toolpath.contouring import ContourRun, time_at
+from rtec.toolpath.pulses import FOLLOWING_LIMIT_MM
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,6 +44,10 @@ def contour_sentence(run: ContourRun) -> str:
         if run.steady is not None:
             feed, lasts = run.steady
             parts.append(f"A constant feed that keeps it is {feed:.3g} mm/s and takes {lasts:.3f} s.")
+    if run.stopped_s is not None:
+        parts.append(
+            f"After {run.stopped_s:.3f} s the controller stops: an axis is more than {FOLLOWING_LIMIT_MM:g} mm away."
+        )
     if not run.plan.audit.passed:
         parts.append("A limit of an axis is exceeded.")
     return " ".join(parts)

@@ -101,6 +101,12 @@ class ContourRun:
         return next(iter(self.axes.values())).time_s
 
     @property
+    def stopped_s(self) -> float | None:
+        """When the controller stopped an axis, because its following error was too large; None where it did not."""
+        last = float(self.time_s[-1])
+        return last if last < self.plan.time_s - DRIVES[self.drive].period_s else None
+
+    @property
     def following_mm(self) -> Floats:
         """Distance of the carriages from where they are commanded to be."""
         found: Floats = np.sqrt(sum((run.command_mm - run.load_mm) ** 2 for run in self.axes.values()))
@@ -113,8 +119,9 @@ class ContourRun:
 
     @property
     def limits_held(self) -> bool:
-        """Whether the plan keeps every limit of the axes, and the run that of the contour error, if there is one."""
-        return bool(self.plan.audit.passed and (self.limit_mm is None or self.worst_mm <= self.limit_mm))
+        """Whether the plan keeps every limit of the axes, and the run its own and that of the contour error."""
+        whole = self.plan.audit.passed and self.stopped_s is None
+        return bool(whole and (self.limit_mm is None or self.worst_mm <= self.limit_mm))
 
     @property
     def shares(self) -> dict[str, float]:
@@ -161,6 +168,7 @@ class ContourRun:
             found["pulses"] = {
                 "count_um": 1e3 * self.pulses.count_mm,
                 "design": None if box is None else box.design.key,
+                "stopped_s": self.stopped_s,
                 "axes": {letter: _pulse_figures(loop) for letter, loop in self.loops.items()},
             }
         return found
@@ -188,6 +196,7 @@ def run_contour(
     corrector: Corrector | None = None,
     pulses: Pulses | None = None,
     travel_mm: float | None = None,
+    feed_mm_s: float | None = None,
     progress: Progress = lambda share: None,
 ) -> ContourRun:
     """Plan a path for a drive in each axis, run it, and hold the carriages against the path.
@@ -206,14 +215,16 @@ def run_contour(
         Encoders with counts, errors of the scales, and a box that corrects them; ideal encoders without.
     travel_mm
         How far each axis can go.
+    feed_mm_s
+        Largest feed along the path, which limits of the axes may lower.
     progress
         Called with the share done.
 
     Raises
     ------
     ArgumentError
-        No such drive, a limit that is no length above zero, a path that is wider than the travel, cannot be planned
-        or takes too long, both corrector and pulses, or what `run_over_pulses` raises.
+        No such drive, a limit or a feed that is not above zero, a path that is wider than the travel, cannot be
+        planned or takes too long, both corrector and pulses, or what `run_over_pulses` raises.
     """
     if drive not in DRIVES:
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
@@ -224,7 +235,7 @@ def run_contour(
     _check_travel(path, travel_mm)
     axes = _Axes(path, drive, corrector, pulses)
     progress(0.05)
-    free = axes.run(axes.plan())
+    free = axes.run(axes.plan(feed_mm_s))
     progress(0.3)
     if limit_mm is None or free.worst_mm <= limit_mm:
         progress(1.0)
@@ -293,8 +304,11 @@ class _Axes:
             axes[letter] = run_drive(
                 kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k], corrector=inserted
             )
+        ends = min(run.time_s.size for run in axes.values())
+        if ends < samples:
+            axes = {letter: run.until(ends) for letter, run in axes.items()}
         load = np.column_stack([run.load_mm for run in axes.values()])
-        s_mm = plan.at(time_s)[0]
+        s_mm = plan.at(time_s[:ends])[0]
         return ContourRun(
             path=path,
             drive=self.drive,

@@ -26,8 +26,10 @@ from rtec.units import PS_PER_S
 
 Floats = npt.NDArray[np.float64]
 _COLUMNS = (*TRACE_COLUMNS, *OUTPUTS)
-_HOME_S, _SETTLE_S, _APPROACH_S = 0.5, 1.0, 1.0
-"""At home, until the PC has taken the axis over; before the path; and at least on the way between."""
+_HOME_S, _SETTLE_S, _APPROACH_S = 0.5, 1.0, 5.0
+"""At home, until the PC has taken the axis over; before the path; and on the way between, slowly."""
+FOLLOWING_LIMIT_MM = 10.0
+"""Following error at which the controller stops an axis: ten times what the faster drive has at full speed."""
 _ROOM_MM = 5.0
 """Beyond the commands, that a predictor has to be known for: following error and overshoot."""
 
@@ -78,8 +80,9 @@ def run_over_pulses(
     Returns
     -------
     tuple
-        The run, its integration error not known (NaN): quantised, two integrations count at other times. And
-        what box and receiver did.
+        The run, its integration error not known (NaN): quantised, two integrations count at other times. It ends
+        where the controller stops the axis, because the following error exceeds `FOLLOWING_LIMIT_MM`. And what box
+        and receiver did.
 
     Raises
     ------
@@ -111,9 +114,13 @@ def run_over_pulses(
     first = before.total_ps // (servo.period_ps * every)
     rows = result.trace[first : first + command_mm.size].T
     seen = dict(zip(_COLUMNS, rows, strict=True))
+    lost = np.abs(command_mm - seen["controller_mm"]) > FOLLOWING_LIMIT_MM
+    if lost.any():
+        seen = {name: values[: max(int(np.argmax(lost)), 2)] for name, values in seen.items()}
+    samples = seen["controller_mm"].size
     run = DriveRun(
-        time_s=period_s * np.arange(rows.shape[1], dtype=np.float64),
-        command_mm=command_mm,
+        time_s=period_s * np.arange(samples, dtype=np.float64),
+        command_mm=command_mm[:samples],
         actual_mm=seen["controller_mm"],
         load_mm=seen["true_mm"],
         velocity_mm_s=seen["load_mm_s"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -22,6 +22,8 @@ Corrector: TypeAlias = Callable[[FloatArray], npt.ArrayLike] | npt.ArrayLike
 MOST_PERIODS = 10_000
 """Control periods in one of the interpolation."""
 Drive: TypeAlias = BallScrew | LinearMotor
+
+_WHOLE = {"integration_error_nm"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,6 +51,11 @@ class DriveRun:
     def following_mm(self) -> FloatArray:
         """Command less what the drive reads."""
         return self.command_mm - self.actual_mm
+
+    def until(self, samples: int) -> DriveRun:
+        """Return the first samples."""
+        arrays = {item.name: getattr(self, item.name)[:samples] for item in fields(self) if item.name not in _WHOLE}
+        return replace(self, **arrays)
 
     def __str__(self) -> str:
         """Return the run in one line."""

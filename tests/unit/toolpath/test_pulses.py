@@ -72,6 +72,17 @@ def test_a_command_goes_on_where_the_one_before_ends():
         one_after_another(first, first)
 
 
+def test_a_controller_stops_where_a_box_loses_the_count():
+    timing = Timing.of(Design.B, Processor.MCS51)  # too slow for 75 kHz: the lines pass through it
+    lost = InjectorSettings(design=Design.B, timing=timing, real_edges=RealEdges.HOLD)
+    path = parse_gcode("G21 G90 G0 X0 Y0\nG1 X200 F18000\n")
+    run = run_contour(path, "ball-screw", pulses=Pulses(count_mm=1e-3, injector=lost))
+    assert 0.0 < run.stopped_s < run.plan.time_s
+    assert not run.limits_held
+    assert {axis.time_s.size for axis in run.axes.values()} == {run.contour_mm.size}
+    assert not run.document()["pulses"]["axes"]["x"]["audit"]
+
+
 def test_axes_that_cannot_run():
     path = parse_gcode("G21 G90 G0 X5 Y0\nG1 X35 F1500\n")
     with pytest.raises(ArgumentError, match="known from -30 to 20 mm"):
