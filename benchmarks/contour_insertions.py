@@ -18,7 +18,8 @@ from rtec.axis.plants import run_drive
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.predictors import UnidirectionalTable
 from rtec.toolpath import circle
-from rtec.toolpath.contouring import DRIVES, ContourRun, Floats, run_contour
+from rtec.toolpath.contour_run import DRIVES, ContourRun, Floats
+from rtec.toolpath.contouring import run_contour
 from rtec.toolpath.pulses import Pulses, run_over_pulses
 
 COUNTS = {"Original, A": 4, "B": 1, "C": 2}

@@ -14,7 +14,8 @@ from scipy.interpolate import BSpline
 
 from rtec.axis.plants import run_drive
 from rtec.toolpath import butterfly, random_path
-from rtec.toolpath.contouring import DRIVES, run_contour
+from rtec.toolpath.contour_run import DRIVES
+from rtec.toolpath.contouring import run_contour
 from rtec.toolpath.feed import plan_feed
 
 _COMMAND = "python benchmarks/measure.py --only contour"

@@ -18,7 +18,7 @@ from rtec.units import LENGTH
 if TYPE_CHECKING:
     from rtec.injector import Design
     from rtec.predictors import Predictor
-    from rtec.toolpath.contouring import ContourRun
+    from rtec.toolpath.contour_run import ContourRun
     from rtec.toolpath.pulses import Pulses
 
 _FAILS = 1
@@ -64,7 +64,7 @@ class _PulseOptions(OptionGroup):
 
 def _scale_errors(given: list[str]) -> dict[str, Predictor]:
     from rtec.predictors import read_predictor, read_table
-    from rtec.toolpath.contouring import LETTERS
+    from rtec.toolpath.contour_run import LETTERS
 
     found: dict[str, Predictor] = {}
     for said in given:

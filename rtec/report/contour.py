@@ -14,7 +14,8 @@ from rtec.report.drawn import Plate, drawn
 from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.page_folder import write_page_folder
 from rtec.report.palette import ALARM, FORWARD, GREEN, GREY, GUIDE, MEASURED, PURPLE, REVERSE, SERIES
-from rtec.toolpath.contouring import ContourRun, time_at
+from rtec.toolpath.contour_run import ContourRun
+from rtec.toolpath.contouring import time_at
 from rtec.toolpath.pulses import FOLLOWING_LIMIT_MM
 
 if TYPE_CHECKING:
