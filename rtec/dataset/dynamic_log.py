@@ -168,7 +168,7 @@ def _output(measurement: Measurement, positions: Positions, observe: str | None)
     name = lower[word]
     if name in _ERRORS:
         values, unit = observed_of(measurement, positions, DEVIATION)
-        return name, -values if name == FOLLOWING_ERROR else values, unit
+        return name, 0.0 - values if name == FOLLOWING_ERROR else values, unit
     if name in columns:
         values, unit = observed_of(measurement, positions, name)
         return name, values, unit
