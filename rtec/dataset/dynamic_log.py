@@ -19,6 +19,7 @@ from rtec.errors import FileFormatError, unknown
 from rtec.metrology import AxisFacts, ColumnChoices, Measurement, Positions
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.tables.choices import NO_CHOICES
+from rtec.predictors.motion_file import MotionHead
 from rtec.predictors.sequences import DynamicModel, Sequences
 
 FOLLOWING_ERROR, DEVIATION, COMMAND = "following_error", "deviation", "command"
@@ -28,6 +29,7 @@ motion is commanded, force and torque do, too."""
 _ERRORS = (FOLLOWING_ERROR, DEVIATION)
 _SHOWN = {"mm": "um", "v": "V", "a": "A", "n": "N", "nm": "Nm"}  # units of outputs, as answers show them
 _MOSTLY_ROUNDING = 0.02  # of the spread of an acceleration may be rounding of the command
+_SAME_PERIOD = 0.01  # by which periods of two logs may differ
 _AT_LIMIT, _HELD = 0.005, 5  # share of samples at the largest value, and samples in a row, that show saturation
 
 
@@ -54,6 +56,12 @@ class DynamicLog:
     observe: str
     rows: Ints
     notes: tuple[str, ...]
+
+    @property
+    def head(self) -> MotionHead:
+        """What a model that is trained on it predicts, and from what."""
+        data = self.sequences
+        return MotionHead(observe=self.observe, unit=data.unit, names=data.names, period_s=data.period_s)
 
 
 def dynamic_log(
@@ -135,8 +143,8 @@ def dynamic_residual(model: DynamicModel, log: DynamicLog) -> Floats:
 
     Raises
     ------
-    FileFormatError
-        The inputs of the log are not those of the model (`dynamic_log` takes them).
+    ArgumentError
+        Inputs, period or unit are not those of the model: `log_like` reads a log that has them.
     """
     data = log.sequences
     left = data.output - model.free_run(data)
@@ -302,32 +310,30 @@ def _unused(measurement: Measurement, observe: str, channels: dict[str, Floats])
     return [f"neither input nor output: {', '.join([*headings, *others])}{hint}"]
 
 
-def on_other_log(log: DynamicLog, other: str | Path | Measurement, choices: ColumnChoices = NO_CHOICES) -> DynamicLog:
-    """Return another log with the inputs and the output of a first one, to be predicted by what was trained on it.
+def log_like(head: MotionHead, source: str | Path | Measurement, choices: ColumnChoices = NO_CHOICES) -> DynamicLog:
+    """Read a log for a model that was trained on another one: with its inputs, its output, and its period.
+
+    Parameters
+    ----------
+    head
+        Of the model (`rtec.predictors.motion_file.read_motion`), or of the log that trains (`DynamicLog.head`).
+    source, choices
+        As of `dynamic_log`.
 
     Raises
     ------
     FileFormatError
-        Another period or unit, or an input that is missing.
+        A period that differs by more than a percent, another unit, or an input that is missing.
+    ArgumentError
+        The log does not have the output.
     """
+    log = dynamic_log(source, observe=head.observe, inputs=head.names, choices=choices)
     data = log.sequences
-    found = dynamic_log(other, observe=log.observe, inputs=data.names, choices=choices)
-    refuse_other_period(found, data.period_s)
-    if found.sequences.unit != data.unit:
-        problem = f"{log.observe} in {found.sequences.unit}"
-        raise FileFormatError(found.measurement.source, None, problem, f"{data.unit}, as in the log that trains")
-    return replace(found, notes=tuple(note for note in found.notes if note not in log.notes))
-
-
-def refuse_other_period(log: DynamicLog, period_s: float) -> None:
-    """Refuse a log that is not sampled at the period of a model, within one percent.
-
-    Raises
-    ------
-    FileFormatError
-        Another period.
-    """
-    if abs(log.sequences.period_s / period_s - 1.0) > 0.01:
-        problem = f"sampled every {1e3 * log.sequences.period_s:.4g} ms"
-        allowed = f"a log sampled every {1e3 * period_s:.4g} ms, as the model was trained"
+    if abs(data.period_s / head.period_s - 1.0) > _SAME_PERIOD:
+        problem = f"sampled every {1e3 * data.period_s:.4g} ms"
+        allowed = f"a log sampled every {1e3 * head.period_s:.4g} ms, as the one that trains"
         raise FileFormatError(log.measurement.source, None, problem, allowed)
+    if data.unit != head.unit:
+        problem = f"{head.observe} in {data.unit}"
+        raise FileFormatError(log.measurement.source, None, problem, f"{head.unit}, as in the log that trains")
+    return replace(log, sequences=replace(data, period_s=head.period_s))

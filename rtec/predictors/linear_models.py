@@ -70,7 +70,8 @@ class Arx:
     @property
     def parameters(self) -> int:
         """Numbers that were fitted."""
-        return len(self.feedback) + self.forward.size + 1
+        inputs, delays = self.forward.shape
+        return len(self.feedback) + inputs * delays + 1
 
     def free_run(self, data: Sequences) -> Floats:
         """Return the output predicted from the inputs alone, shape (samples,).

@@ -50,7 +50,7 @@ def compare_dynamic(
     log
         Its first half trains; all of it where ``heldout`` judges.
     heldout
-        Another log with the same inputs and output (`rtec.dataset.dynamic_log.on_other_log`).
+        Another log with the same inputs and output (`rtec.dataset.dynamic_log.log_like`).
     starts
         Trainings of each size of a network.
     budget_s
