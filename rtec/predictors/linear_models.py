@@ -65,13 +65,12 @@ class Arx:
     @property
     def lags(self) -> int:
         """Samples of a run that have to be measured before it predicts."""
-        return max(len(self.feedback), self.forward.shape[1] - 1)
+        return max(len(self.feedback), int(self.forward.shape[1]) - 1)
 
     @property
     def parameters(self) -> int:
         """Numbers that were fitted."""
-        inputs, delays = self.forward.shape
-        return len(self.feedback) + inputs * delays + 1
+        return len(self.feedback) + int(self.forward.size) + 1
 
     def free_run(self, data: Sequences) -> Floats:
         """Return the output predicted from the inputs alone, shape (samples,).
