@@ -83,6 +83,8 @@ def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:
     name, unit = named_and_unit(heading)
     unit = unit or unit_below(unit_cell)
     words = plain_words(name)
+    if words == ["command"] and unit is not None and not _fits("target", unit):
+        return None  # a commanded voltage is no target: kept under its heading, as `rtec train --dynamic` wants it
     quantity = _quantity(words, unit)
     if quantity is None:
         return None
