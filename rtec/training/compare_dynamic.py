@@ -15,7 +15,8 @@ from rtec.predictors.fitting.linear_models import free_run_errors, free_run_rms
 from rtec.predictors.sequences import DynamicModel, Sequences
 from rtec.training.compare_predictors import COVERED
 from rtec.training.dynamic_methods import DynamicFit, DynamicMethod, DynamicTask, dynamic_methods
-from rtec.training.dynamic_results import DynamicComparison, DynamicKind, DynamicRow
+from rtec.training.dynamic_results import DynamicComparison, DynamicRow
+from rtec.training.free_run import free_run_of
 
 VALIDATION = 0.25
 """Share of the training part that chooses between models."""
@@ -118,16 +119,18 @@ def _rows(
     """Return a row for each method, and whether Ctrl-C ended it."""
     rows: list[DynamicRow] = []
     interrupted = False
-    networks = sum(method.kind in (DynamicKind.NETWORK, DynamicKind.HYBRID) for method in methods)
+    networks = sum(method.is_network and method.why_not(task) is None for method in methods)
     spent_s, number = 0.0, 0
     for place, method in enumerate(methods):
         row = DynamicRow(name=method.name, kind=method.kind)
         if interrupted:
             rows.append(replace(row, reason="ended before its turn"))
             continue
-        is_network = method.kind in (DynamicKind.NETWORK, DynamicKind.HYBRID)
+        if (reason := method.why_not(task)) is not None:
+            rows.append(replace(row, reason=reason))
+            continue
         begun, until_s = time.perf_counter(), np.inf
-        if is_network and budget_s is not None:
+        if method.is_network and budget_s is not None:
             until_s = begun + (budget_s - spent_s) / (networks - number)
 
         def tell(what: str, share: float = place / len(methods)) -> None:
@@ -143,7 +146,7 @@ def _rows(
         except KeyboardInterrupt:
             row, interrupted = replace(row, reason="ended before it was fitted"), True
         rows.append(row)
-        if is_network:
+        if method.is_network:
             spent_s, number = spent_s + time.perf_counter() - begun, number + 1
     return rows, interrupted
 
@@ -151,18 +154,12 @@ def _rows(
 def _judged(row: DynamicRow, found: DynamicFit, task: DynamicTask, unseen: Sequences, train_s: float) -> DynamicRow:
     model = found.model
     row = replace(row, model=model, train_s=train_s, parameters=model.parameters, notes=found.notes)
-    left = free_run_errors(model, unseen)
-    if not left.size:
-        allowed = f"more than {model.lags} samples, from which it starts"
-        return replace(row, reason=f"the unseen part has {len(unseen)} samples; use {allowed}")
+    off = np.sort(np.abs(free_run_errors(found.judged, task.validate)))
+    rank = int(np.ceil(COVERED * (off.size + 1)))  # split-conformal: the quantile with one for the sample to come
+    interval = float(off[rank - 1]) if rank <= off.size else None
+    run = free_run_of(model, unseen, interval)
     if not _is_stable(model, task.train, unseen):
         return replace(row, reason="its free run over the unseen part diverges")
-    off = np.sort(np.abs(free_run_errors(found.judged, task.validate)))
-    interval = None
-    if off.size:  # split-conformal: the quantile with one for the sample to come
-        rank = int(np.ceil(COVERED * (off.size + 1)))
-        interval = float(off[rank - 1]) if rank <= off.size else None
-    tenth = max(1, left.size // 10)
     begun = time.perf_counter()
     rms_train = free_run_rms(model, task.train)
     eval_ns = 1e9 * (time.perf_counter() - begun) / len(task.train)
@@ -170,13 +167,13 @@ def _judged(row: DynamicRow, found: DynamicFit, task: DynamicTask, unseen: Seque
         row,
         rms_train=rms_train,
         rms_validation=free_run_rms(found.judged, task.validate),
-        rms_heldout=_rms(left),
-        rms_first_tenth=_rms(left[:tenth]),
-        rms_last_tenth=_rms(left[-tenth:]),
+        rms_heldout=run.rms,
+        rms_first_tenth=run.rms_first_tenth,
+        rms_last_tenth=run.rms_last_tenth,
         stable=True,
         eval_ns=eval_ns,
         interval=interval,
-        coverage=None if interval is None else float(np.mean(np.abs(left) <= interval)),
+        coverage=run.coverage,
     )
 
 
@@ -184,10 +181,6 @@ def _is_stable(model: DynamicModel, train: Sequences, unseen: Sequences) -> bool
     low, high = float(train.output.min()), float(train.output.max())
     with np.errstate(over="ignore", invalid="ignore"):
         return bool((np.abs(model.free_run(unseen) - (low + high) / 2.0) <= _BOUND * max(high - low, 1e-300)).all())
-
-
-def _rms(left: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    return float(np.sqrt(np.mean(left**2)))
 
 
 def _chosen(rows: Sequence[DynamicRow]) -> DynamicRow | None:

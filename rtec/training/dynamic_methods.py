@@ -88,6 +88,18 @@ class DynamicMethod:
     name: str
     kind: DynamicKind
     fit: Callable[[DynamicTask], DynamicFit]
+    needs_command: bool = False
+    """Whether it predicts only errors of an axis whose commanded motion is known."""
+
+    @property
+    def is_network(self) -> bool:
+        """Whether it takes its time."""
+        return self.kind in (DynamicKind.NETWORK, DynamicKind.HYBRID)
+
+    def why_not(self, task: DynamicTask) -> str | None:
+        """Return why it cannot be fitted; None where it can."""
+        known = task.output_per_error is not None and set(MOTION) <= set(task.train.names)
+        return None if known or not self.needs_command else "the output is no error of an axis whose command is known"
 
 
 def dynamic_methods() -> tuple[DynamicMethod, ...]:
@@ -95,11 +107,11 @@ def dynamic_methods() -> tuple[DynamicMethod, ...]:
     return (
         DynamicMethod(name="mean", kind=DynamicKind.NONE, fit=_mean),
         DynamicMethod(name="persistence", kind=DynamicKind.NONE, fit=_persistence),
-        DynamicMethod(name="servo lag", kind=DynamicKind.LINEAR, fit=_servo_lag),
+        DynamicMethod(name="servo lag", kind=DynamicKind.LINEAR, fit=_servo_lag, needs_command=True),
         DynamicMethod(name="ARX", kind=DynamicKind.LINEAR, fit=_arx),
-        DynamicMethod(name="physical", kind=DynamicKind.PHYSICAL, fit=_physical),
+        DynamicMethod(name="physical", kind=DynamicKind.PHYSICAL, fit=_physical, needs_command=True),
         DynamicMethod(name="NARX", kind=DynamicKind.NETWORK, fit=_narx),
-        DynamicMethod(name="hybrid", kind=DynamicKind.HYBRID, fit=_hybrid),
+        DynamicMethod(name="hybrid", kind=DynamicKind.HYBRID, fit=_hybrid, needs_command=True),
     )
 
 
@@ -113,7 +125,6 @@ def _persistence(task: DynamicTask) -> DynamicFit:
 
 
 def _servo_lag(task: DynamicTask) -> DynamicFit:
-    _refuse_no_error(task)
     found = fit_servo_lag(task.train)
     lag_s = found.per_velocity / (task.output_per_error or 1.0)
     return DynamicFit(
@@ -121,12 +132,6 @@ def _servo_lag(task: DynamicTask) -> DynamicFit:
         judged=fit_servo_lag(task.fit),
         notes=(f"{1e3 * lag_s:.4g} ms behind the velocity",),
     )
-
-
-def _refuse_no_error(task: DynamicTask) -> None:
-    if task.output_per_error is None or not set(MOTION) <= set(task.train.names):
-        allowed = "a following error or a deviation, and a commanded position or velocity"
-        raise ArgumentError("log", "no error of an axis whose command is known", allowed)
 
 
 def _arx(task: DynamicTask) -> DynamicFit:
@@ -137,7 +142,6 @@ def _arx(task: DynamicTask) -> DynamicFit:
 
 
 def _physical(task: DynamicTask) -> DynamicFit:
-    _refuse_no_error(task)
     per_error = task.output_per_error or 1.0
     judged = _drive(task)
     found = fit_drive(task.train, output_per_error=per_error, start=judged)
@@ -222,7 +226,6 @@ def _narx(task: DynamicTask) -> DynamicFit:
 
 
 def _hybrid(task: DynamicTask) -> DynamicFit:
-    _refuse_no_error(task)
     drive = _drive(task)
     left = left_by(drive.free_run(task.train), task.train)
     found, notes, interrupted = _network(task, left, "hybrid")
