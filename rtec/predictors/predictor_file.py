@@ -24,6 +24,10 @@ A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]``
 each part: ``of`` (position, position_2), perhaps a ``direction`` (forward, reverse), ``positions_mm`` and
 ``errors_mm``; or ``angles_rad`` with an ``arm`` (position_3) and its ends ``arm_mm``. Inputs of networks may be
 positions of other axes as well; ``axis`` is the number of the axis itself, where it is known.
+
+A ``narx`` predicts what comes next in a motion; instead of a range and an interval it has a sample time ``period``,
+the ``unit`` of its output, the names of its ``inputs``, ``input_delays`` and ``feedback_delays`` in samples,
+``neurons``, ``linear``, ``middle`` and ``half`` of the inputs and the output, and its ``weights``.
 """
 
 from __future__ import annotations
@@ -42,15 +46,18 @@ from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._columns import column, span
 from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.narx import MOST_NEURONS, Narx, NarxShape
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.tables import Between, BidirectionalTable, UnidirectionalTable
-from rtec.units import LENGTH
+from rtec.units import LENGTH, TIME
 
 VERSION = 1
 MOST_BYTES = 16_000_000
 """Of a file: tables of some 200 000 points in each direction."""
-NETWORKS, TABLE, AXES = "networks", "table", "tables of axes"
-_HEAD = ("predictor", "version", "name", "source", "axis", "range", "interval")
+NETWORKS, TABLE, AXES, NARX = "networks", "table", "tables of axes", "narx"
+_HEAD = ("predictor", "version", "name", "source", "axis")
+_OF_POSITION = ("range", "interval")
+_NARX = ("input_delays", "feedback_delays", "neurons", "linear", "middle", "half", "weights")
 _NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
 _TABLE = ("of", "direction", "arm", "arm_mm", "positions_mm", "errors_mm", "angles_rad")
 _WAYS = {"forward": FORWARD, "reverse": REVERSE}
@@ -63,7 +70,7 @@ class KnownPredictor:
     Parameters
     ----------
     predictor
-        A table or networks.
+        A table or networks; or a model of motion, which predicts from what came before.
     name, source
         What it is, and the measurement that it was fitted to.
     interval_mm
@@ -72,11 +79,25 @@ class KnownPredictor:
         Number of the axis, None where the measurement did not say it.
     """
 
-    predictor: Predictor
+    predictor: Predictor | Narx
     name: str
     source: str = ""
     interval_mm: float = math.inf
     axis: int | None = None
+
+    @property
+    def of_position(self) -> Predictor:
+        """The predictor, where it is one of position and direction.
+
+        Raises
+        ------
+        ArgumentError
+            A model of motion.
+        """
+        if isinstance(self.predictor, Narx):
+            why = "a NARX network predicts from motion, sample by sample"
+            raise ArgumentError("predictor", self.name, "tables or networks over position and direction", why)
+        return self.predictor
 
 
 def is_predictor_file(path: str | Path) -> bool:
@@ -101,8 +122,12 @@ def read_predictor(path: str | Path) -> KnownPredictor:
         A value that cannot be: it names file and key.
     """
     given = read_toml(Path(path), most_bytes=MOST_BYTES)
-    kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
-    kinds[AXES] = ("table",)
+    kinds = {
+        NETWORKS: (*_OF_POSITION, "pitch", "network"),
+        TABLE: (*_OF_POSITION, "between", "backlash", "forward", "reverse"),
+        AXES: (*_OF_POSITION, "table"),
+        NARX: ("period", "unit", "inputs", *_NARX),
+    }
     kind = given.get("predictor")
     if not isinstance(kind, str) or kind not in kinds:
         raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in kinds))
@@ -110,6 +135,18 @@ def read_predictor(path: str | Path) -> KnownPredictor:
         found = f"version = {given.get('version')!r}"[:80]
         raise FileFormatError(path, None, found, f"version = {VERSION}; train it again with this rtec")
     top = Section(path, "", given, {}, optional=(*_HEAD, *kinds[kind]))
+    predictor, interval_mm = (_narx(top), math.inf) if kind == NARX else _of_position(top, kind)
+    return KnownPredictor(
+        predictor=predictor,
+        name=top.text("name"),
+        source=top.text("source") if top.has("source") else "",
+        interval_mm=interval_mm,
+        axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
+    )
+
+
+def _of_position(top: Section, kind: str) -> tuple[Predictor, float]:
+    """Return tables or networks, and the half width of their interval in mm."""
     ends = top.texts("range")
     if len(ends) != 2:
         raise ArgumentError(top.where("range"), f"{len(ends)} values", "its lower and its upper end")
@@ -128,13 +165,21 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     interval = top.quantity("interval", LENGTH) if top.has("interval") else math.inf
     if not interval >= 0.0:
         raise ArgumentError(top.where("interval"), f"{interval:g} mm", "a length from 0")
-    return KnownPredictor(
-        predictor=predictor,
-        name=top.text("name"),
-        source=top.text("source") if top.has("source") else "",
-        interval_mm=interval,
-        axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
-    )
+    return predictor, interval
+
+
+def _narx(top: Section) -> Narx:
+    names = tuple(top.texts("inputs"))
+    with top.naming(inputs="inputs", period_s="period", **{name: name for name in _NARX}):
+        shape = NarxShape(
+            channels=len(names),
+            neurons=top.whole("neurons", 1, MOST_NEURONS),
+            input_delays=tuple(_whole(top, "input_delays")),
+            feedback_delays=tuple(_whole(top, "feedback_delays")),
+            linear=top.yes_or_no("linear"),
+        )
+        numbers = {name: _numbers(top, name) for name in ("middle", "half", "weights")}
+        return Narx(shape=shape, names=names, period_s=top.quantity("period", TIME), unit=top.text("unit"), **numbers)
 
 
 def _entries(top: Section, name: str, keys: tuple[str, ...]) -> Iterator[Section]:
@@ -228,7 +273,7 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     Raises
     ------
     ArgumentError
-        A predictor that is neither a table nor networks.
+        A predictor that is neither a table nor networks nor a NARX network.
     OutputError
         The file cannot be written.
 
@@ -242,7 +287,9 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     True
     """
     predictor = known.predictor
-    if isinstance(predictor, TrainedNetworks):
+    if isinstance(predictor, Narx):
+        kind, body = NARX, _narx_lines(predictor)
+    elif isinstance(predictor, TrainedNetworks):
         kind, body = NETWORKS, _network_lines(predictor)
     elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
         kind, body = TABLE, _table_lines(predictor)
@@ -250,12 +297,13 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
         kind, body = AXES, _axis_lines(predictor)
     else:
         raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
-    low_mm, high_mm = predictor.range_mm
     lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {_text(known.name)}"]
     lines += [f"source = {_text(known.source)}"] if known.source else []
     lines += [f"axis = {known.axis}"] if known.axis is not None else []
-    lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
-    lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
+    if not isinstance(predictor, Narx):
+        low_mm, high_mm = predictor.range_mm
+        lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
+        lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
     write_lines(path, [*lines, *body])
 
 
@@ -288,6 +336,16 @@ def _axis_lines(predictor: AxisTables) -> Iterator[str]:
         yield from ("", "[[table]]", *_lines_of(told))
 
 
+def _narx_lines(narx: Narx) -> Iterator[str]:
+    yield f'period = "{narx.period_s!r} s"'
+    yield f"unit = {_text(narx.unit)}"
+    yield "inputs = [" + ", ".join(map(_text, narx.names)) + "]"
+    shape = narx.shape
+    delays = {"input_delays": shape.input_delays, "feedback_delays": shape.feedback_delays}
+    yield from _lines_of(delays | {"neurons": shape.neurons, "linear": shape.linear})
+    yield from _lines_of({name: getattr(narx, name) for name in ("middle", "half", "weights")})
+
+
 def _lines_of(values: Mapping[str, object]) -> Iterator[str]:
     return (f"{key} = {_shown(value)}" for key, value in values.items())
 
@@ -296,6 +354,8 @@ def _shown(value: object) -> str:
     """Return a text, a number or a list of them as it stands in the file."""
     if isinstance(value, np.ndarray | tuple):
         return "[" + ", ".join(map(_shown, np.asarray(value).tolist())) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return _text(value) if isinstance(value, str) else repr(value)
 
 
