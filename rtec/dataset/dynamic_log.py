@@ -19,10 +19,10 @@ from rtec.errors import FileFormatError, unknown
 from rtec.metrology import AxisFacts, ColumnChoices, Measurement, Positions
 from rtec.metrology.columns import quantity_of_heading
 from rtec.metrology.tables.choices import NO_CHOICES
-from rtec.predictors.motion_file import MotionHead
+from rtec.predictors.motion_file import FOLLOWING_ERROR, MotionHead
 from rtec.predictors.sequences import DynamicModel, Sequences
 
-FOLLOWING_ERROR, DEVIATION, COMMAND = "following_error", "deviation", "command"
+DEVIATION, COMMAND = "deviation", "command"
 INPUTS = (COMMAND, "velocity", "current", "voltage")
 """Quantities that go into a dynamic model; velocity and acceleration are derived from a commanded position. Where no
 motion is commanded, force and torque do, too."""

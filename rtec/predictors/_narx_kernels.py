@@ -2,7 +2,8 @@
 
 Everything is scaled. ``inputs`` has shape (samples, channels), ``measured`` and ``output`` shape (samples,). What a
 neuron sees at sample t are the taps: first inputs, ``taps[i] = (channel, delay)``, then outputs before t by
-``back[k]`` samples. A stretch ``(first, end)`` is predicted from ``first`` on; its memory begins with measured outputs.
+``back[k]`` samples, which rise. A stretch ``(first, end)`` is predicted from ``first`` on; its memory begins with
+measured outputs.
 
 ``hidden`` has shape (taps + 1, EIGHT * n): a column for each neuron, the biases last, zeros behind the last neuron;
 ``outer`` has as many numbers and the bias of the output behind them; ``direct`` one for each tap.
@@ -45,7 +46,7 @@ def _respond(seen: Floats, hidden: Floats, outer: Floats, direct: Floats, level:
             level[j] += one * hidden[i, j]
     for j in range(wide):
         level[j] = 2.0 * logistic(2.0 * level[j]) - 1.0
-    return _product(outer, level, wide) + outer[wide] + _product(direct, seen, direct.shape[0])
+    return float(_product(outer, level, wide) + outer[wide] + _product(direct, seen, direct.shape[0]))
 
 
 @fused_kernel
@@ -96,9 +97,7 @@ def predict(
 
     With ``closed`` the network sees its own outputs, else those that were measured.
     """
-    lags = 0
-    for k in range(back.shape[0]):
-        lags = max(lags, back[k])
+    lags = back[-1]
     squares = 0.0
     for stretch in range(stretches.shape[0]):
         first = stretches[stretch, 0]
@@ -114,6 +113,39 @@ def predict(
     return squares
 
 
+@fused_helper
+def _own_slopes(
+    row: Floats, seen: Floats, level: Floats, outer: Floats, rise: Floats, neurons: int, directs: int
+) -> None:
+    """Write the slopes of an output over the weights, its past held; and over what each neuron is given, ``rise``."""
+    taps = seen.shape[0]
+    after = (taps + 1) * neurons
+    for j in range(level.shape[0]):
+        rise[j] = outer[j] * (1.0 - level[j] * level[j])
+    for i in range(taps):
+        one = seen[i]
+        for j in range(neurons):
+            row[i * neurons + j] = one * rise[j]
+    for j in range(neurons):
+        row[taps * neurons + j] = rise[j]
+        row[after + j] = level[j]
+    row[after + neurons] = 1.0
+    for i in range(directs):
+        row[after + neurons + 1 + i] = seen[i]
+
+
+@fused_helper
+def _through(tap: int, rise: Floats, hidden: Floats, direct: Floats) -> float:
+    """Return the slope of the output over a tap."""
+    return float(_product(rise, hidden[tap], rise.shape[0]) + (direct[tap] if direct.shape[0] > 0 else 0.0))
+
+
+@fused_helper
+def _carry(row: Floats, before: Floats, share: float) -> None:
+    for p in range(row.shape[0]):
+        row[p] += share * before[p]
+
+
 @fused_kernel
 def slopes(
     cursor: Any,
@@ -122,6 +154,10 @@ def slopes(
     measured: Floats,
     output: Floats,
     closed: bool,
+    rise: Floats,
+    rows: Floats,
+    error: Floats,
+    neurons: int,
     taps: Any,
     back: Any,
     hidden: Floats,
@@ -129,25 +165,17 @@ def slopes(
     direct: Floats,
     seen: Floats,
     level: Floats,
-    rise: Floats,
-    rows: Floats,
-    error: Floats,
-    neurons: int,
 ) -> int:
     """Write rows of slopes and their errors from where the cursor stands; return how many, negative if it diverged.
 
-    The cursor is (stretch, sample). The first rows, as many as the longest delay, are those of the samples before: a
-    closed network's slopes are ``its own + sum of d output / d past output * slopes of that past output``.
+    The cursor is (stretch, sample). The first rows, as many as the longest delay, are those of the samples before;
+    the caller moves them there. An output's slopes are its own, with its past held; those of a closed network are
+    these and ``d output / d past output * slopes of the past output`` of each output that it sees.
     """
-    lags = 0
-    for k in range(back.shape[0]):
-        lags = max(lags, back[k])
+    lags = back[-1]
     past = output if closed else measured
-    wide, inner = level.shape[0], taps.shape[0]
-    all_taps = inner + back.shape[0]
+    inner = taps.shape[0]
     room = rows.shape[0] - lags
-    after = (all_taps + 1) * neurons
-    size = after + neurons + 1 + direct.shape[0]
     used = 0
     while cursor[0] < stretches.shape[0] and used < room:
         first, end = stretches[cursor[0], 0], stretches[cursor[0], 1]
@@ -165,33 +193,14 @@ def slopes(
             output[t] = found
             error[used] = found - measured[t]
             row = rows[lags + used]
-            for j in range(wide):
-                rise[j] = outer[j] * (1.0 - level[j] * level[j])
-            for i in range(all_taps):
-                one = seen[i]
-                for j in range(neurons):
-                    row[i * neurons + j] = one * rise[j]
-            for j in range(neurons):
-                row[all_taps * neurons + j] = rise[j]
-                row[after + j] = level[j]
-            row[after + neurons] = 1.0
-            for i in range(direct.shape[0]):
-                row[after + neurons + 1 + i] = seen[i]
+            _own_slopes(row, seen, level, outer, rise, neurons, direct.shape[0])
             if closed:
                 for k in range(back.shape[0]):
                     if t - back[k] >= first:
-                        share = _product(rise, hidden[inner + k], wide)
-                        if direct.shape[0] > 0:
-                            share += direct[inner + k]
-                        before = rows[lags + used - back[k]]
-                        for p in range(size):
-                            row[p] += share * before[p]
+                        _carry(row, rows[lags + used - back[k]], _through(inner + k, rise, hidden, direct))
             used += 1
         cursor[1] = until
         if until == end:
             cursor[0] += 1
             cursor[1] = 0
-    for k in range(lags):  # they are those of the samples before when the next rows are written
-        for p in range(size):
-            rows[k, p] = rows[used + k, p]
     return used

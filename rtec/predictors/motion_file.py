@@ -30,6 +30,7 @@ import numpy as np
 
 from rtec.errors import ArgumentError, FileFormatError, unknown
 from rtec.io import Section, read_toml, write_lines
+from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors._file_text import (
     MOST_BYTES,
     VERSION,
@@ -47,8 +48,10 @@ from rtec.predictors.narx import MOST_NEURONS, Narx, NarxShape
 from rtec.predictors.sequences import DynamicModel
 from rtec.units import TIME
 
-_HEAD = ("predictor", "version", "name", "source", "observe", "unit", "period", "inputs", "interval")
+_HEAD = ("predictor", "version", "name", "source", "axis", "observe", "unit", "period", "inputs", "interval")
 _LARGEST = 1e30
+FOLLOWING_ERROR = "following_error"
+"""The output where a file names no other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +91,8 @@ class KnownMotion:
     interval
         Half width of the interval in which 90 % of samples lie, in the unit of the output; None where that is not
         known.
+    axis
+        Number of the axis, None where the log did not say it.
     """
 
     model: DynamicModel
@@ -95,6 +100,21 @@ class KnownMotion:
     name: str
     source: str = ""
     interval: float | None = None
+    axis: int | None = None
+
+
+def head_of(model: DynamicModel, observe: str = FOLLOWING_ERROR) -> MotionHead:
+    """Return what a model predicts, from what, and how often; what its output is, a model does not know.
+
+    Raises
+    ------
+    ArgumentError
+        A model that has no file.
+    """
+    first = model.parts[0] if isinstance(model, ModelSum) else model
+    if not isinstance(first, Arx | ServoLag | DriveModel | Narx):
+        raise ArgumentError("model", type(first).__name__, "ARX, a servo lag, a drive, or a NARX network")
+    return MotionHead(observe=observe, unit=first.unit, names=first.names, period_s=first.period_s)
 
 
 def is_motion(given: Mapping[str, object]) -> bool:
@@ -132,7 +152,7 @@ def read_motion(path: str | Path) -> KnownMotion:
     kind = _KINDS[str(given["predictor"])]
     top = Section(path, "", given, {}, optional=(*_HEAD, *kind.keys))
     head = MotionHead(
-        observe=top.text("observe"),
+        observe=top.text("observe") if top.has("observe") else FOLLOWING_ERROR,
         unit=top.text("unit") if top.raw("unit") else "",
         names=tuple(top.texts("inputs")),
         period_s=top.quantity("period", TIME),
@@ -147,6 +167,7 @@ def read_motion(path: str | Path) -> KnownMotion:
         name=top.text("name"),
         source=top.text("source") if top.has("source") else "",
         interval=top.number("interval", 0.0, _LARGEST) if top.has("interval") else None,
+        axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
     )
 
 
@@ -174,6 +195,7 @@ def write_motion(path: str | Path, known: KnownMotion) -> None:
     kind = _kind_of(known.model)
     lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {quoted(known.name)}"]
     lines += [f"source = {quoted(known.source)}"] if known.source else []
+    lines += [f"axis = {known.axis}"] if known.axis is not None else []
     lines += [f"observe = {quoted(head.observe)}", f"unit = {quoted(head.unit)}", f'period = "{head.period_s!r} s"']
     lines.append(f"inputs = [{', '.join(map(quoted, head.names))}]")
     lines += [f"interval = {known.interval!r}"] if known.interval is not None else []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -49,7 +51,7 @@ class NarxShape:
             raise ArgumentError("neurons", self.neurons, f"1 to {MOST_NEURONS}")
         for name, least in (("input_delays", 0), ("feedback_delays", 1)):
             delays = tuple(int(delay) for delay in getattr(self, name))
-            rising = all(a < b for a, b in zip(delays, delays[1:], strict=False))
+            rising = all(a < b for a, b in itertools.pairwise(delays))
             if not delays or not rising or delays[0] < least or delays[-1] > MOST_DELAY:
                 raise ArgumentError(name, f"{delays}"[:60], f"rising numbers of samples from {least} to {MOST_DELAY}")
             object.__setattr__(self, name, delays)
@@ -97,7 +99,7 @@ class NarxKernel:
         self._direct[:] = weights[begin + neurons + 1 :]
 
     @property
-    def _network(self) -> tuple[npt.NDArray[np.generic], ...]:
+    def _network(self) -> tuple[Any, ...]:
         return self._taps, self._back, self._hidden, self._outer, self._direct, self._seen, self._level
 
     def predict(
@@ -119,15 +121,15 @@ class NarxKernel:
         closed: bool,
     ) -> int:
         """Write the next rows of slopes behind the first ``lags``; return how many, negative if it diverged."""
-        data = (cursor, stretches, inputs, measured, output, closed)
-        return int(kernels.slopes(*data, *self._network, self._rise, rows, error, self.shape.neurons))
+        room = self._rise, rows, error, self.shape.neurons
+        return int(kernels.slopes(cursor, stretches, inputs, measured, output, closed, *room, *self._network))
 
     def step(self, inputs: Floats, past: Floats) -> float:
         """Return the next output from inputs, shape (lags + 1, channels), and outputs before, shape (lags,)."""
         return float(kernels.one_step(inputs, past, *self._network))
 
     def feedback_slopes(self, seen: Floats) -> Floats:
-        """Return the slopes of the output over the outputs before, for taps of shape (n, taps): (n, feedback delays)."""
+        """Return the slopes of the output over each output that is fed back, for taps of shape (n, taps)."""
         levels = np.tanh(seen @ self._hidden[:-1] + self._hidden[-1])
         back = len(self.shape.feedback_delays)
         found: Floats = ((1.0 - levels**2) * self._outer[:-1]) @ self._hidden[-1 - back : -1].T
@@ -192,7 +194,7 @@ class Narx:
     """Sample time."""
     middle: Floats
     half: Floats
-    """What is scaled is a value less its middle, divided by its half width: a number for each input, and the output."""
+    """Scaled is a value less its middle, divided by its half width: one number for each input, then the output."""
     weights: Floats
     """See ``_narx_kernels.py``."""
     unit: str = "um"
@@ -253,9 +255,10 @@ class Narx:
         inputs, measured = self.scaled(data)
         kernel, output = self.kernel(), np.full(len(data), np.nan)
         for first, end in zip(data.starts, (*data.starts[1:], len(data)), strict=True):
-            output[first : first + self.lags] = measured[first : min(end, first + self.lags)]
-            if end - first > self.lags:
-                stretch = np.array([[first + self.lags, end]])
+            begin = min(end, first + self.lags)
+            output[first:begin] = measured[first:begin]
+            if begin < end:
+                stretch = np.array([[begin, end]])
                 kernel.predict(stretch, inputs, measured, output, closed=True)
         found: Floats = output * self.half[-1] + self.middle[-1]
         return found

@@ -23,7 +23,8 @@ A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]``
 ``errors_mm`` each; of one direction, ``[forward]`` and a ``backlash``. ``tables of axes`` have a ``[[table]]`` for
 each part: ``of`` (position, position_2), perhaps a ``direction`` (forward, reverse), ``positions_mm`` and
 ``errors_mm``; or ``angles_rad`` with an ``arm`` (position_3) and its ends ``arm_mm``. Inputs of networks may be
-positions of other axes as well; ``axis`` is the number of the axis itself, where it is known.
+positions of other axes as well; ``axis`` is the number of the axis itself, where it is known. Models of motion have
+other keys (`rtec.predictors.motion_file`).
 """
 
 from __future__ import annotations
@@ -50,8 +51,9 @@ from rtec.predictors._file_text import (
 )
 from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
-from rtec.predictors.motion_file import is_motion
+from rtec.predictors.motion_file import KnownMotion, head_of, is_motion, read_motion, write_motion
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
+from rtec.predictors.sequences import DynamicModel
 from rtec.predictors.tables import Between, BidirectionalTable, UnidirectionalTable
 from rtec.units import LENGTH
 
@@ -68,7 +70,7 @@ class KnownPredictor:
     Parameters
     ----------
     predictor
-        A table or networks.
+        A table or networks; or a model of motion, which predicts from what came before.
     name, source
         What it is, and the measurement that it was fitted to.
     interval_mm
@@ -77,11 +79,25 @@ class KnownPredictor:
         Number of the axis, None where the measurement did not say it.
     """
 
-    predictor: Predictor
+    predictor: Predictor | DynamicModel
     name: str
     source: str = ""
     interval_mm: float = math.inf
     axis: int | None = None
+
+    @property
+    def of_position(self) -> Predictor:
+        """The predictor, where it is one of position and direction.
+
+        Raises
+        ------
+        ArgumentError
+            A model of motion.
+        """
+        if not isinstance(self.predictor, Predictor):
+            why = "a model of motion predicts sample by sample; rtec compare --model takes it to another log"
+            raise ArgumentError("predictor", self.name, "tables or networks over position and direction", why)
+        return self.predictor
 
 
 def is_predictor_file(path: str | Path) -> bool:
@@ -108,8 +124,8 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     given = read_toml(Path(path), most_bytes=MOST_BYTES)
     kind = given.get("predictor")
     if is_motion(given):
-        allowed = "a predictor of positions; rtec compare --model takes a model of motion to another log"
-        raise FileFormatError(path, None, f"predictor = {kind!r}, a model of motion", allowed)
+        motion = read_motion(path)
+        return KnownPredictor(predictor=motion.model, name=motion.name, source=motion.source, axis=motion.axis)
     if not isinstance(kind, str) or kind not in _KINDS:
         raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in _KINDS))
     check_version(path, given)
@@ -207,7 +223,7 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     Raises
     ------
     ArgumentError
-        A predictor that is neither a table nor networks.
+        A predictor that is neither a table nor networks nor a model of motion.
     OutputError
         The file cannot be written.
 
@@ -222,6 +238,12 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     """
     predictor = known.predictor
     kind = next((name for name, each in _KINDS.items() if isinstance(predictor, each.of)), None)
+    if not isinstance(predictor, Predictor):
+        motion = KnownMotion(
+            model=predictor, head=head_of(predictor), name=known.name, source=known.source, axis=known.axis
+        )
+        write_motion(path, motion)
+        return
     if kind is None:
         raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
     low_mm, high_mm = predictor.range_mm

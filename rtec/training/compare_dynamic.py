@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from rtec.dataset.dynamic_log import DEVIATION, FOLLOWING_ERROR, DynamicLog
+from rtec.dataset.dynamic_log import DEVIATION, DynamicLog
 from rtec.errors import ArgumentError
 from rtec.predictors.fitting.linear_models import free_run_errors, free_run_rms
+from rtec.predictors.motion_file import FOLLOWING_ERROR
 from rtec.predictors.sequences import DynamicModel, Sequences
 from rtec.training.compare_predictors import COVERED
 from rtec.training.dynamic_methods import DynamicFit, DynamicMethod, DynamicTask, dynamic_methods

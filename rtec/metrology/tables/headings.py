@@ -83,8 +83,6 @@ def meaning_of(heading: str, unit_cell: str = "") -> Meaning | None:
     name, unit = named_and_unit(heading)
     unit = unit or unit_below(unit_cell)
     words = plain_words(name)
-    if words == ["command"] and unit is not None and not _fits("target", unit):
-        return None  # a commanded voltage is no target: kept under its heading, as `rtec train --dynamic` wants it
     quantity = _quantity(words, unit)
     if quantity is None:
         return None
@@ -155,6 +153,8 @@ def _quantity(words: list[str], unit: str | None) -> str | None:
     said = set(words)
     if not said or said & STATISTIC or said & ANOTHER_ERROR:
         return None
+    if words == ["command"] and not _fits("target", unit):
+        return None  # a commanded voltage is no target: kept under its heading, as `rtec train --dynamic` wants it
     if said & TARGET and said & ACTUAL and not said & DEVIATION:
         return _difference(words)
     alone = len(words) == 1 and unit is not None

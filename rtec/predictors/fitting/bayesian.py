@@ -12,8 +12,6 @@ from scipy.linalg import LinAlgError, eigh
 from rtec.predictors._columns import Floats
 
 _DAMPING, _LESS, _MORE, _LEAST_DAMPING, _MOST_DAMPING = 0.005, 0.1, 10.0, 1e-20, 1e10
-_SMALLEST_GRADIENT = 1e-12
-"""Of the cost per sample, relative to the cost itself."""
 
 
 class LeastSquares(Protocol):
@@ -54,7 +52,7 @@ Watch = Callable[[Floats, Evidence], bool]
 
 
 def bayesian_regularisation(problem: LeastSquares, weights: Floats, watch: Watch) -> tuple[Floats, Evidence]:
-    """Lower a regularised sum of squares by Levenberg-Marquardt, epoch by epoch, until nothing helps or `watch` ends it.
+    """Lower a regularised sum of squares by Levenberg-Marquardt until nothing helps or `watch` ends it.
 
     After each step ``gamma = P - alpha trace((beta J'J + alpha I)^-1)``, ``alpha = gamma / (2 E_w)`` and
     ``beta = (N - gamma) / (2 E_d)``. The damping falls tenfold where a step helps and rises tenfold until one does.
@@ -77,7 +75,7 @@ def bayesian_regularisation(problem: LeastSquares, weights: Floats, watch: Watch
     if not np.isfinite(squares):
         return weights, found
     found.squares = squares
-    _weigh(found, float(weights.size), weights, problem.samples)
+    _weigh(found, float(weights.size), weights, problem)
     while True:
         try:
             values, vectors = eigh(normal, driver="evd", check_finite=False)
@@ -99,12 +97,12 @@ def bayesian_regularisation(problem: LeastSquares, weights: Floats, watch: Watch
         weights = tried
         squares, normal, slope = problem.normal(weights)
         found.squares = squares
-        _weigh(found, float(np.sum(values / (values + found.decay))), weights, problem.samples)
+        _weigh(found, float(np.sum(values / (values + found.decay))), weights, problem)
         if not watch(weights, found) or not np.isfinite(normal).all():
             return weights, found
 
 
-def _weigh(found: Evidence, gamma: float, weights: Floats, samples: int) -> None:
+def _weigh(found: Evidence, gamma: float, weights: Floats, problem: LeastSquares) -> None:
     found.gamma = gamma
     found.alpha = gamma / (2.0 * max(float(weights @ weights), 1e-30))
-    found.beta = max(samples - gamma, 1.0) / (2.0 * max(found.squares, 1e-30))
+    found.beta = max(problem.samples - gamma, 1.0) / (2.0 * max(found.squares, 1e-30))

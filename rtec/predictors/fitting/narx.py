@@ -17,13 +17,9 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.bayesian import Evidence, bayesian_regularisation
-from rtec.predictors.narx import Narx, NarxKernel, NarxShape, stretches_of
+from rtec.predictors.fitting.free_run import FreeRunSquares, cut, first_weights
+from rtec.predictors.narx import Narx, NarxShape, stretches_of
 from rtec.predictors.sequences import Sequences
-
-_ROWS = 1024
-"""Samples whose slopes are held at once: they stay in the processor's cache."""
-_ACTIVE = 2.0
-"""Half width of the inputs to which a tanh neuron answers (Nguyen and Widrow 1990)."""
 
 
 class Stages(Enum):
@@ -107,82 +103,6 @@ class NarxFit:
 
 Progress = Callable[[NarxStart], None]
 """Shown a start after each of its epochs."""
-
-
-class FreeRunSquares:
-    """Sum of squared errors of a network over scaled data.
-
-    Parameters
-    ----------
-    shape
-        Of the network.
-    inputs
-        Scaled, shape (samples, channels).
-    measured
-        Scaled output, shape (samples,).
-    stretches
-        First and end of each stretch that is predicted, shape (n, 2).
-    closed
-        Whether the network sees its own outputs (parallel) or those that were measured (series-parallel).
-    """
-
-    def __init__(
-        self, shape: NarxShape, inputs: Floats, measured: Floats, stretches: npt.NDArray[np.int64], *, closed: bool
-    ) -> None:
-        """Make room."""
-        self._kernel, self._inputs, self._measured = NarxKernel(shape), inputs, measured
-        self._stretches, self._closed, self._lags = stretches, closed, shape.feedback_delays[-1]
-        self._output = measured.copy()
-        self._rows = np.zeros((_ROWS + self._lags, shape.weights))
-        self._error = np.zeros(_ROWS)
-        self.samples = int((stretches[:, 1] - stretches[:, 0]).sum())
-
-    def squares(self, weights: Floats) -> float:
-        """Return the sum of squared errors; infinite if the network diverges."""
-        self._kernel.take(weights)
-        return self._kernel.predict(
-            self._stretches, self._inputs, self._measured, self._output, closed=self._closed
-        )
-
-    def blocks(self, weights: Floats) -> Iterable[tuple[Floats, Floats]]:
-        """Yield slopes of the outputs over the weights, shape (n, weights), and errors; views that are used again.
-
-        What diverges ends early, with an error that is infinite.
-        """
-        self._kernel.take(weights)
-        cursor = np.zeros(2, dtype=np.int64)
-        while cursor[0] < len(self._stretches):
-            used = self._kernel.slopes(
-                cursor, self._stretches, self._inputs, self._measured, self._output, self._rows, self._error,
-                closed=self._closed,
-            )
-            if used < 0:
-                yield self._rows[:1], np.full(1, np.inf)
-                return
-            yield self._rows[self._lags : self._lags + used], self._error[:used]
-
-    def normal(self, weights: Floats) -> tuple[float, Floats, Floats]:
-        """Return the sum of squared errors, J'J and J'e; their Jacobian J is never held whole."""
-        squares, products, slope = 0.0, np.zeros((weights.size, weights.size)), np.zeros(weights.size)
-        for rows, error in self.blocks(weights):
-            squares += float(error @ error)
-            if squares == np.inf:
-                break
-            products += rows.T @ rows
-            slope += rows.T @ error
-        return squares, products, slope
-
-
-def first_weights(shape: NarxShape, rng: np.random.Generator) -> Floats:
-    """Return weights to begin with, for taps from -1 to 1 (Nguyen and Widrow 1990)."""
-    taps, neurons = shape.taps, shape.neurons
-    length = 0.7 * neurons ** (1.0 / taps)
-    inner = rng.uniform(-1.0, 1.0, (taps, neurons))
-    inner *= length / np.linalg.norm(inner, axis=0)
-    biases = np.linspace(-length, length, neurons) * np.sign(inner[0]) if neurons > 1 else np.zeros(1)
-    outer = rng.uniform(-0.5, 0.5, neurons + 1) / neurons
-    direct = np.zeros(taps if shape.linear else 0)
-    return np.concatenate([inner.ravel(), biases, outer, direct])
 
 
 def fit_narx(
@@ -321,11 +241,11 @@ class _Training:
             interrupted = True
             if all(start.weights is None for start in self.starts):
                 raise
-        best = min((start for start in self.starts if start.weights is not None), key=lambda s: s.rms_validation)
+        usable = [(start, start.weights) for start in self.starts if start.weights is not None]
+        best, weights = min(usable, key=lambda one: one[0].rms_validation)
         shape = next(shape for shape in self.shapes if shape.neurons == best.neurons)
-        return NarxFit(
-            narx=self.narx(shape, best.weights), start=best, starts=tuple(self.starts), interrupted=interrupted
-        )
+        narx = self.narx(shape, weights)
+        return NarxFit(narx=narx, start=best, starts=tuple(self.starts), interrupted=interrupted)
 
 
 class _Start:
@@ -335,7 +255,10 @@ class _Start:
         self.effort, self.stages, self.progress = training.effort, training.stages, training.progress
         self.shape, self.start, self.unit = shape, start, float(training.half[-1])
         scaled = [
-            ((part.inputs - training.middle[:-1]) / training.half[:-1], (part.output - training.middle[-1]) / self.unit)
+            (
+                (part.inputs - training.middle[:-1]) / training.half[:-1],
+                (part.output - training.middle[-1]) / self.unit,
+            )
             for part in (training.train, training.held)
         ]
         self.spans = stretches_of(training.train, shape.lags)
@@ -350,9 +273,13 @@ class _Start:
         if self.stages is not Stages.OPEN:
             for horizon in effort.horizons:
                 if horizon < int((self.spans[:, 1] - self.spans[:, 0]).max()):
-                    spans = _cut(self.spans, horizon)
-                    weights = self._stage(f"parallel over {horizon}", weights, spans, effort.horizon_epochs, closed=True)
-            weights = self._stage("parallel", weights, self.spans, effort.closed_epochs, closed=True)
+                    spans = cut(self.spans, horizon)
+                    weights = self._stage(
+                        f"parallel over {horizon}", weights, spans, effort.horizon_epochs, closed=True
+                    )
+            self._stage("parallel", weights, self.spans, effort.closed_epochs, closed=True)
+            if self.start.history[-1:] and self.start.history[-1][0] != "parallel":
+                self.start.reason = "parallel training diverged"
         if self.start.rms_validation == np.inf:
             self.start.reason = "diverged in free run"
 
@@ -378,16 +305,6 @@ class _Start:
             if self.progress is not None:
                 self.progress(self.start)
             before = history[: -self.effort.patience]
-            return len(history) < epochs and (
-                not before or min(history) < (1.0 - self.effort.enough) * min(before)
-            )
+            return len(history) < epochs and (not before or min(history) < (1.0 - self.effort.enough) * min(before))
 
         return bayesian_regularisation(problem, weights, watch)[0]
-
-
-def _cut(spans: npt.NDArray[np.int64], horizon: int) -> npt.NDArray[np.int64]:
-    """Return stretches cut into pieces of so many samples."""
-    pieces = [
-        (first, min(first + horizon, end)) for begin, end in spans for first in range(int(begin), int(end), horizon)
-    ]
-    return np.array(pieces, dtype=np.int64)
