@@ -36,8 +36,7 @@ def compare(
 
     Example: rtec compare z_axis.csv --model known.toml
     Example: rtec compare jan.csv feb.csv mar.csv --model december.toml -o report
-    Example: rtec compare drive.csv --observe force --json
-    Example: rtec compare drive.csv --model motion.toml
+    Example: rtec compare drive.csv --model motion.toml --json
     """
     from rtec.inference.changes import changes_from_first, changes_since
     from rtec.inference.compare import compare as compared

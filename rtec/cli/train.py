@@ -79,8 +79,7 @@ def train(
 
     Example: rtec train z_axis.csv --heldout check.csv -o best.toml
     Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
-    Example: rtec train z_axis.csv --pick effects -o effects.toml --json
-    Example: rtec train --dynamic drive.csv --axis x -o motion.toml
+    Example: rtec train --dynamic drive.csv --axis x -o motion.toml --json
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")
