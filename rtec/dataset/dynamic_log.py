@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtec.dataset.drive_signals import cutoff_of, smooth_derivatives, step_of
+from rtec.dataset.drive_signals import cutoff_of, low_pass, step_of
 from rtec.dataset.even_runs import EvenRuns, even_runs
 from rtec.dataset.from_measurement import run_numbers
 from rtec.dataset.load import measurement_of
@@ -253,15 +253,24 @@ def _is_measured(velocity: Floats, positions: Positions, runs: EvenRuns) -> bool
 
 def _derivatives(parts: list[Floats], period_s: float, step: float) -> tuple[list[Floats], list[str]]:
     """Return velocity and acceleration of a command in runs, each of shape (samples,), with notes."""
-    velocity = [np.gradient(part, period_s) for part in parts]
-    acceleration = [np.gradient(part, period_s) for part in velocity]
-    rounding = step / np.sqrt(32.0) / period_s**2  # of the second central difference of a step's uniform error
-    if rounding <= _MOSTLY_ROUNDING * float(np.std(np.concatenate(acceleration))):
-        return [np.concatenate(velocity), np.concatenate(acceleration)], []
+    velocity, acceleration = _differences(parts, period_s)
+    rounding = step / np.sqrt(2.0) / period_s**2  # of the second difference of a step's uniform error
+    if rounding <= _MOSTLY_ROUNDING * float(np.std(acceleration)):
+        return [velocity, acceleration], []
     cutoff_hz = cutoff_of(parts, 1.0 / period_s, step, commanded=True)
-    smooth = [smooth_derivatives(period_s * np.arange(float(part.size)), part, cutoff_hz)[1:] for part in parts]
+    smooth = _differences([low_pass(part, 1.0 / period_s, cutoff_hz) for part in parts], period_s)
     note = f"the command is rounded to {step:.3g}: low pass at {cutoff_hz:.3g} Hz (no phase) before its differences"
-    return [np.concatenate(values) for values in zip(*smooth, strict=True)], [note]
+    return smooth, [note]
+
+
+def _differences(parts: list[Floats], period_s: float) -> list[Floats]:
+    """Return first and second central differences of runs; at their ends, where those lead."""
+    first = [np.gradient(part, period_s, edge_order=2) for part in parts]
+    second = []
+    for part in parts:
+        bends = np.diff(part, 2) / period_s**2
+        second.append(np.concatenate([[2.0 * bends[0] - bends[1]], bends, [2.0 * bends[-1] - bends[-2]]]))
+    return [np.concatenate(first), np.concatenate(second)]
 
 
 def _chosen(

@@ -97,8 +97,10 @@ def dynamic_sentence(result: DynamicComparison) -> str:
     unit = symbol(result.unit)
     lines = []
     chosen = result.named(result.chosen)
-    if chosen is None or chosen.rms_heldout is None:
+    if chosen is None:
         lines.append("No model has a figure.")
+    elif chosen.rms_heldout is None:
+        lines.append(f"Chosen by the training part: {chosen.name}, but {chosen.reason}.")
     else:
         where = result.heldout_by if result.heldout_by != "the second half" else "the unseen second half"
         lines.append(

@@ -16,7 +16,7 @@ from rtec.predictors.motion_file import FOLLOWING_ERROR
 from rtec.predictors.sequences import DynamicModel, Sequences
 from rtec.training.compare_predictors import COVERED
 from rtec.training.dynamic_methods import DynamicFit, DynamicMethod, DynamicTask, dynamic_methods
-from rtec.training.dynamic_results import DynamicComparison, DynamicRow
+from rtec.training.dynamic_results import DynamicComparison, DynamicKind, DynamicRow
 from rtec.training.free_run import free_run_of
 
 VALIDATION = 0.25
@@ -27,7 +27,7 @@ _NO_WORSE = 1.05
 """Times the lowest validation error: so much worse may be a model with fewer numbers, and be chosen."""
 _BOUND = 10.0
 """Times the range of the output in training: a prediction farther out is not stable."""
-_BEYOND = 0.01
+_BEYOND = 0.02
 """Of the range of an input in training: so much farther out is outside of it."""
 _FAR_WORSE = 3.0
 """Times the error of training from which something is wrong with the unseen part."""
@@ -159,15 +159,16 @@ def _judged(row: DynamicRow, found: DynamicFit, task: DynamicTask, unseen: Seque
     rank = int(np.ceil(COVERED * (off.size + 1)))  # split-conformal: the quantile with one for the sample to come
     interval = float(off[rank - 1]) if rank <= off.size else None
     run = free_run_of(model, unseen, interval)
-    if not _is_stable(model, task.train, unseen):
-        return replace(row, reason="its free run over the unseen part diverges")
     begun = time.perf_counter()
     rms_train = free_run_rms(model, task.train)
     eval_ns = 1e9 * (time.perf_counter() - begun) / len(task.train)
+    row = replace(row, rms_train=rms_train, rms_validation=free_run_rms(found.judged, task.validate))
+    if not _is_stable(model, task.train, task.train):
+        return replace(row, rms_validation=None, reason="its free run over the training part diverges")
+    if not _is_stable(model, task.train, unseen):
+        return replace(row, reason="its free run over the unseen part diverges")
     return replace(
         row,
-        rms_train=rms_train,
-        rms_validation=free_run_rms(found.judged, task.validate),
         rms_heldout=run.rms,
         rms_first_tenth=run.rms_first_tenth,
         rms_last_tenth=run.rms_last_tenth,
@@ -179,7 +180,7 @@ def _judged(row: DynamicRow, found: DynamicFit, task: DynamicTask, unseen: Seque
 
 
 def _is_stable(model: DynamicModel, train: Sequences, unseen: Sequences) -> bool:
-    low, high = float(train.output.min()), float(train.output.max())
+    low, high = (float(extreme([extreme(part.output) for part in (train, unseen)])) for extreme in (np.min, np.max))
     with np.errstate(over="ignore", invalid="ignore"):
         return bool((np.abs(model.free_run(unseen) - (low + high) / 2.0) <= _BOUND * max(high - low, 1e-300)).all())
 
@@ -189,7 +190,7 @@ def _chosen(rows: Sequence[DynamicRow]) -> DynamicRow | None:
     able = [
         (row.rms_validation, row.parameters or 0, row)
         for row in rows
-        if row.works and row.rms_validation is not None and np.isfinite(row.rms_validation)
+        if row.kind is not DynamicKind.NONE and row.rms_validation is not None and np.isfinite(row.rms_validation)
     ]
     if not able:
         return None
@@ -209,8 +210,8 @@ def _outside(train: Sequences, unseen: Sequences) -> list[str]:
                 f"network asked outside its trained {what}: {low:.4g} to {high:.4g} in training, "
                 f"{asked.min():.4g} to {asked.max():.4g} in the unseen part"
             )
-    if not notes and "velocity" in train.names:
-        notes.append("the unseen part stays within the trained speeds")
+    if "velocity" in train.names and not any("speeds" in note for note in notes):
+        notes.insert(0, "the unseen part stays within the trained speeds")
     return notes
 
 
