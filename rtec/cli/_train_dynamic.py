@@ -25,6 +25,7 @@ class DynamicOptions:
     """What ``rtec train`` was asked for, as far as it means something with ``--dynamic``."""
 
     observe: str | None
+    inputs: list[str] | None
     heldout: Path | None
     output: Path | None
     pick: str | None
@@ -57,7 +58,7 @@ def train_dynamic(data: Path, asked: DynamicOptions) -> bool:
         raise ArgumentError("--heldout", heldout, allowed, problem="is the log itself")
     with progress(f"training on {data.name}", lines="") as show:
         choices = asked.columns.choices()
-        log = dynamic_log(data, observe=asked.observe, choices=choices)
+        log = dynamic_log(data, observe=asked.observe, inputs=asked.inputs, choices=choices)
         result = compare_dynamic(
             log,
             None if heldout is None else log_like(log.head, heldout, choices),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import typer
 
@@ -18,9 +19,11 @@ from rtec.units import LENGTH
 if TYPE_CHECKING:
     from rtec.injector import Design
     from rtec.predictors import Predictor
+    from rtec.predictors.motion_file import KnownMotion
     from rtec.toolpath.contour_run import ContourRun
     from rtec.toolpath.pulses import Pulses
 
+T = TypeVar("T")
 _FAILS = 1
 
 
@@ -58,26 +61,45 @@ class _PulseOptions(OptionGroup):
             count_mm=self.count_mm,
             injector=box,
             microcontroller=self.timing.microcontroller if box is not None else None,
-            errors=_scale_errors(self.scale_error or []),
+            errors=_by_axis("--scale-error", self.scale_error or [], _scale_error),
         )
 
 
-def _scale_errors(given: list[str]) -> dict[str, Predictor]:
-    from rtec.predictors import read_predictor, read_table
+def _by_axis(name: str, given: list[str], read: Callable[[str], T]) -> dict[str, T]:
+    """Return what files hold, by the letter of the axis; a file without one is for all."""
     from rtec.toolpath.contour_run import LETTERS
 
-    found: dict[str, Predictor] = {}
+    found: dict[str, T] = {}
     for said in given:
         letter, _, file = said.rpartition("=")
         letters = letter.lower() or LETTERS
-        if letter and letters not in LETTERS:
-            raise ArgumentError("--scale-error", repr(said)[:60], f"x, y or z before the =, as in x={file or 'FILE'}")
-        read = read_predictor(file).predictor if Path(file).suffix == ".toml" else read_table(file)
+        if letters not in (*LETTERS, LETTERS):
+            raise ArgumentError(name, repr(said)[:60], f"x, y or z before the =, as in x={file or 'FILE'}")
+        content = read(file)
         for one in letters:
             if one in found:
-                raise ArgumentError("--scale-error", f"axis {one} twice", "one file for each axis")
-            found[one] = read
+                raise ArgumentError(name, f"axis {one} twice", "one file for each axis")
+            found[one] = content
     return found
+
+
+def _scale_error(file: str) -> Predictor:
+    from rtec.predictors import Predictor, read_predictor, read_table
+
+    if Path(file).suffix != ".toml":
+        return read_table(file)
+    read = read_predictor(file).predictor
+    if not isinstance(read, Predictor):
+        raise ArgumentError("--scale-error", f"{file}, a model of motion", "a predictor of position and direction")
+    return read
+
+
+def _motion_models(given: list[str] | None) -> dict[str, KnownMotion] | None:
+    if not given:
+        return None
+    from rtec.predictors.motion_file import read_motion
+
+    return _by_axis("--model", given, read_motion)
 
 
 def contour(
@@ -86,6 +108,11 @@ def contour(
     *,
     limit_mm: float | None = quantity(
         "--limit", LENGTH, "20um", "Lower the feed where the contour error would exceed this."
+    ),
+    models: list[str] | None = option(
+        "--model",
+        "[x=]NET.toml",
+        "Of motion, of 'rtec train --dynamic': predicts the contour error, also where --limit lowers the feed.",
     ),
     travel_mm: float | None = quantity("--travel", LENGTH, "1300mm", "How far each axis can go."),
     pulses: _PulseOptions,
@@ -106,7 +133,7 @@ def contour(
 
     Example: rtec contour --path butterfly --drive linear-motor -o out
     Example: rtec contour --path circle --drive ball-screw --limit 20um
-    Example: rtec contour --path part.ngc --drive ball-screw --json
+    Example: rtec contour --path butterfly --drive linear-motor --limit 100um --model x=x.toml --model y=y.toml
     Example: rtec contour --path circle --drive ball-screw --count 1um --scale-error x=scale.csv --design c
     """
     from rtec.io import report_folder
@@ -121,6 +148,7 @@ def contour(
             drive,
             limit_mm=limit_mm,
             pulses=pulses.pulses(),
+            models=_motion_models(models),
             travel_mm=travel_mm,
             progress=lambda share: show(0.9 * share),
         )

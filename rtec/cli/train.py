@@ -56,6 +56,11 @@ def train(
     observe: str | None = option(
         "--observe", "QUANTITY", "Output of a model of motion: the following error without it, or any column."
     ),
+    inputs: str | None = option(
+        "--inputs",
+        "velocity,...",
+        "What goes into a model of motion: all that the log has without it; a plan has velocity and acceleration.",
+    ),
     figure: Path | None = written(
         "--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES
     ),
@@ -87,6 +92,7 @@ def train(
         _refuse_with_dynamic(figure, thesis, screw_pitch, counts_per_rev, effects)
         asked = DynamicOptions(
             observe=observe,
+            inputs=None if inputs is None else [name.strip() for name in inputs.split(",")],
             heldout=heldout,
             output=output,
             pick=pick,
@@ -100,8 +106,7 @@ def train(
         if train_dynamic(data, asked):
             raise typer.Exit(_INTERRUPTED)
         return
-    if observe is not None:
-        raise needs("--observe", "--dynamic", "a predictor of positions is one of the deviation")
+    _refuse_without_dynamic({"--observe": observe, "--inputs": inputs})
     pick = None if pick is None else _row(pick)
     from rtec.dataset.dataset import warnings_of
     from rtec.training import compare_predictors
@@ -140,6 +145,12 @@ def _refuse_with_dynamic(
     for name, value in (said | {"--counts-per-rev": counts_per_rev}).items():
         if value not in (None, False):
             raise apart(name, "--dynamic")
+
+
+def _refuse_without_dynamic(said: dict[str, str | None]) -> None:
+    for name, value in said.items():
+        if value is not None:
+            raise needs(name, "--dynamic", "a predictor of positions is one of the deviation")
 
 
 def _effort(starts: int, thesis: bool) -> Effort:

@@ -15,7 +15,7 @@ from rtec.report.figures_style import legend_above, new_figure
 from rtec.report.page_folder import write_page_folder
 from rtec.report.palette import ALARM, FORWARD, GREEN, GREY, GUIDE, MEASURED, PURPLE, REVERSE, SERIES
 from rtec.toolpath.contour_run import ContourRun
-from rtec.toolpath.contouring import time_at
+from rtec.toolpath.predicted import time_at
 from rtec.toolpath.pulses import FOLLOWING_LIMIT_MM
 
 if TYPE_CHECKING:
@@ -77,6 +77,9 @@ def contour_rows(run: ContourRun) -> list[tuple[str, str]]:
         ("second-order formula, off by", f"{d['formula_error_um']:.2g} µm"),
         ("formula as it is misprinted, off by", f"{d['misprint_error_um']:.3g} µm"),
     ]
+    if run.prediction is not None:
+        off_um, share = run.prediction
+        rows.append(("contour error predicted, off by (RMS)", f"{off_um:.3g} µm, {share:.1%} of the following error"))
     if run.integration_error_nm is not None:
         rows.append(("integration error of the drives", f"{run.integration_error_nm:.2g} nm"))
     rows += [(f"{name}, largest share of the limit", f"{share:.6f}") for name, share in run.shares.items()]
@@ -171,6 +174,8 @@ def errors_figure(run: ContourRun) -> Figure:
     above.set_xlabel("time (s)")
     for axes, over, label in ((below, run.time_s, "time (s)"), (along, run.s_mm, "along the path (mm)")):
         axes.plot(over[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9)
+        if run.predicted_mm is not None:
+            axes.plot(over[part], 1e3 * run.predicted_mm[part], color=REVERSE, linewidth=0.7, label="predicted")
         for sign in (-1.0, 1.0) if run.limit_mm is not None else ():
             axes.axhline(sign * 1e3 * float(run.limit_mm or 0.0), color=ALARM, linewidth=0.9, linestyle="--")
         axes.axhline(0.0, color=GUIDE, linewidth=0.8)

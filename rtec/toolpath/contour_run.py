@@ -62,6 +62,8 @@ class ContourRun:
     """The same by the second-order formula, and..."""
     misprint_mm: Floats
     """...by the formula as the papers print it, whose dimensions do not fit."""
+    predicted_mm: Floats | None = None
+    """Contour error that models of motion predict, where there are any."""
     limit_mm: float | None = None
     steady: tuple[float, float] | None = None
     """Highest constant feed that keeps the same limit, in mm/s, and the time that the path takes at it, in s."""
@@ -115,6 +117,14 @@ class ContourRun:
         """Bound of the positions' error; with pulses it is not known: two integrations count at other times."""
         return None if self.loops else max(run.integration_error_nm for run in self.axes.values())
 
+    @property
+    def prediction(self) -> tuple[float, float] | None:
+        """RMS error of the predicted contour error, in um and as a share of the largest following error."""
+        if self.predicted_mm is None:
+            return None
+        rms_mm = float(np.sqrt(np.mean((self.predicted_mm - self.contour_mm) ** 2)))
+        return 1e3 * rms_mm, rms_mm / max(float(self.following_mm.max()), 1e-12)
+
     def document(self) -> dict[str, object]:
         """Return what ``rtec contour --json`` prints."""
         contour, following = 1e3 * np.abs(self.contour_mm), 1e3 * self.following_mm
@@ -140,6 +150,8 @@ class ContourRun:
         }
         if self.steady is not None:
             found |= {"constant_feed_mm_s": self.steady[0], "time_at_constant_feed_s": self.steady[1]}
+        if self.prediction is not None:
+            found["prediction"] = dict(zip(("rms_error_um", "share_of_following"), self.prediction, strict=True))
         if self.pulses is not None:
             box = self.pulses.injector
             found["pulses"] = {

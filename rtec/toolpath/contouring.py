@@ -16,10 +16,12 @@ import numpy.typing as npt
 from rtec.axis.plants import DriveRun, run_drive
 from rtec.errors import ArgumentError
 from rtec.machine import LoopResult
+from rtec.predictors.motion_file import KnownMotion
 from rtec.toolpath.contour_error import Estimate, contour_error, estimate
 from rtec.toolpath.contour_run import DRIVES, LETTERS, ContourRun
 from rtec.toolpath.feed import FeedPlan, plan_feed
 from rtec.toolpath.path import Path
+from rtec.toolpath.predicted import LinearAnswer, Prediction, TrainedMotion, predicted_contour
 from rtec.toolpath.pulses import Pulses, run_over_pulses
 
 Floats = npt.NDArray[np.float64]
@@ -49,6 +51,7 @@ def run_contour(
     limit_mm: float | None = None,
     corrector: Corrector | None = None,
     pulses: Pulses | None = None,
+    models: Mapping[str, KnownMotion] | None = None,
     travel_mm: float | None = None,
     feed_mm_s: float | None = None,
     progress: Progress = lambda share: None,
@@ -67,6 +70,9 @@ def run_contour(
         What is inserted at once and without counts; nothing in an axis that it does not name.
     pulses
         Encoders with counts, errors of the scales, and a box that corrects them; ideal encoders without.
+    models
+        Of the following error, by letter: what the contour error is predicted by, in place of the drives' linear
+        answer in the run without a limit.
     travel_mm
         How far each axis can go.
     feed_mm_s
@@ -78,7 +84,8 @@ def run_contour(
     ------
     ArgumentError
         No such drive, a limit or a feed that is not above zero, a path that is wider than the travel, cannot be
-        planned or takes too long, both corrector and pulses, or what `run_over_pulses` raises.
+        planned or takes too long, both corrector and pulses, models as of `TrainedMotion`, or what
+        `run_over_pulses` raises.
     """
     if drive not in DRIVES:
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
@@ -87,7 +94,7 @@ def run_contour(
     if corrector is not None and pulses is not None:
         raise ArgumentError("corrector", "given with pulses", "one of them")
     _check_travel(path, travel_mm)
-    axes = _Axes(path, drive, corrector, pulses)
+    axes = _Axes(path, drive, corrector, pulses, None if models is None else TrainedMotion(models))
     progress(0.05)
     free = axes.run(axes.plan(feed_mm_s))
     progress(0.3)
@@ -122,6 +129,7 @@ class _Axes:
     drive: str
     corrector: Corrector | None
     pulses: Pulses | None
+    trained: TrainedMotion | None
 
     def plan(self, feed_mm_s: float | Floats | None = None) -> FeedPlan:
         """Return the plan below a feed, or a table of it, and below the F words of a program."""
@@ -163,6 +171,11 @@ class _Axes:
             axes = {letter: run.until(ends) for letter, run in axes.items()}
         load = np.column_stack([run.load_mm for run in axes.values()])
         s_mm = plan.at(time_s[:ends])[0]
+        predicted = None
+        if self.trained is not None:
+            command = np.column_stack([run.command_mm for run in axes.values()])
+            reached = command - self.trained.following_mm(plan, time_s[:ends])
+            predicted = contour_error(path, s_mm, reached).error_mm
         return ContourRun(
             path=path,
             drive=self.drive,
@@ -172,47 +185,20 @@ class _Axes:
             contour_mm=contour_error(path, s_mm, load).error_mm,
             formula_mm=estimate(path, s_mm, load, Estimate.SECOND_ORDER),
             misprint_mm=estimate(path, s_mm, load, Estimate.AS_PRINTED),
+            predicted_mm=predicted,
             pulses=self.pulses,
             loops=MappingProxyType(loops),
         )
 
 
-def predicted_contour(run: ContourRun, plan: FeedPlan, s_mm: Floats) -> Floats:
-    """Return the contour error that the drives' linear answer predicts at places of a path, shape (n,), in mm.
-
-    Of each axis the following error is a sum of its velocity, acceleration and jerk, by least squares over a run;
-    what friction and cogging do is not in it.
-    """
-    known, asked = _terms(run.plan, run.time_s), _terms(plan, time_at(plan, s_mm))
-    total = []
-    for k, axis in enumerate(run.axes.values()):
-        numbers = np.linalg.lstsq(known[:, :, k], axis.command_mm - axis.load_mm, rcond=None)[0]
-        total.append(asked[:, :, k] @ numbers)
-    error = np.column_stack(total)
-    along = run.path.derivatives(s_mm)[0]
-    across = error - np.sum(error * along, axis=1, keepdims=True) * along
-    found: Floats = np.linalg.norm(across, axis=1)
-    return found
-
-
-def _terms(plan: FeedPlan, time_s: Floats) -> Floats:
-    """Return velocity, acceleration and jerk of the axes at times, shape (n, 3, axes)."""
-    return np.stack(plan.axis_motion(np.minimum(time_s, plan.time_s)), axis=1)
-
-
-def time_at(plan: FeedPlan, s_mm: Floats) -> Floats:
-    """Return when a plan is at places of its path, shape (n,), in s."""
-    times = np.linspace(0.0, plan.time_s, 10 * _PLACES)
-    return np.interp(s_mm, plan.at(times)[0], times)
-
-
 def _limited(axes: _Axes, free: ContourRun, limit_mm: float, progress: Progress) -> ContourRun:
     """Return a run whose feed is lowered where the contour error exceeds a limit; the best of a few rounds."""
     places = np.linspace(0.0, free.path.length_mm, _PLACES)
+    prediction: Prediction = axes.trained or LinearAnswer(free)
     top = float(_feed_over_path(free.plan)[1].max())
     feed, found = np.full(places.size, top), free
     for number in range(_MOST_ROUNDS):
-        predicted = predicted_contour(free, found.plan, places)
+        predicted = np.abs(predicted_contour(prediction, free.path, found.plan, places))
         seen = _largest_near(found, places)
         worst = np.maximum(predicted, seen)
         share = np.sqrt(np.clip(_CAUTION * limit_mm / np.maximum(worst, 1e-12), None, 1.0))  # most is of v squared
