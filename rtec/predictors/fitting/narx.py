@@ -73,7 +73,7 @@ class NarxStart:
     weights
         The best by free run over the validation part.
     rms_validation
-        Of these, in the unit of the output; infinite where no free run came to its end.
+        Of these, in the unit of the output; infinite where each free run diverges.
     gamma
         Effective number of parameters at the end.
     reason
@@ -147,12 +147,19 @@ def fit_narx(
     Returns
     -------
     NarxFit
-        The best of what came to its end; after Ctrl-C, the best so far.
+        Of the start that is best over the validation part; after Ctrl-C, of the best so far. A start that diverges
+        says so and is not chosen unless all do.
 
     Raises
     ------
     ArgumentError
-        Fewer samples than weights, an input or an output that never moves, or no start that came to its end.
+        Fewer samples than weights, or an input or an output that never moves.
+    KeyboardInterrupt
+        Ctrl-C before the first epoch.
+
+    References
+    ----------
+    Erwinski et al. 2016 and 2019, section 4: series-parallel training first, then parallel.
 
     Examples
     --------
@@ -263,9 +270,19 @@ class _Start:
         ]
         self.spans = stretches_of(training.train, shape.lags)
         self.data = scaled[0]
+        self.latest: Floats | None = None
         self.held = FreeRunSquares(shape, *scaled[1], stretches_of(training.held, shape.lags), closed=True)
 
     def train(self, weights: Floats) -> None:
+        """Train from these weights on; Ctrl-C leaves the best so far."""
+        try:
+            self._train(weights)
+        except KeyboardInterrupt:
+            if self.latest is not None:
+                self._judge(self.latest)
+            raise
+
+    def _train(self, weights: Floats) -> None:
         effort = self.effort
         if self.stages is not Stages.CLOSED:
             weights = self._stage("series-parallel", weights, self.spans, effort.open_epochs, closed=False)
@@ -278,13 +295,13 @@ class _Start:
                         f"parallel over {horizon}", weights, spans, effort.horizon_epochs, closed=True
                     )
             self._stage("parallel", weights, self.spans, effort.closed_epochs, closed=True)
-            if self.start.history[-1:] and self.start.history[-1][0] != "parallel":
-                self.start.reason = "parallel training diverged"
+            if not self.start.history or self.start.history[-1][0] != "parallel":
+                self.start.reason = "parallel training did not get on from where it began"
         if self.start.rms_validation == np.inf:
-            self.start.reason = "diverged in free run"
+            self.start.reason = "the free run over the validation part diverges"
 
     def _judge(self, weights: Floats) -> float:
-        """Keep weights that are better over the validation part; return their mean square there."""
+        """Keep weights that are better over the validation part; return their root mean square error there."""
         rms = self.unit * float(np.sqrt(self.held.squares(weights) / self.held.samples))
         if self.start.weights is None or rms < self.start.rms_validation:
             self.start.weights, self.start.rms_validation = weights, rms
@@ -297,6 +314,7 @@ class _Start:
         history: list[float] = []
 
         def watch(found: Floats, evidence: Evidence) -> bool:
+            self.latest = found
             rms = self.unit * float(np.sqrt(evidence.squares / problem.samples))
             self.start.history.append((name, rms))
             self.start.gamma = evidence.gamma
