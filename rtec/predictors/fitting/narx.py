@@ -63,8 +63,8 @@ class NarxStart:
 
     Parameters
     ----------
-    neurons
-        Size of the network.
+    shape
+        Of the network.
     number
         Of the start, from 0.
     history
@@ -80,7 +80,7 @@ class NarxStart:
         Why it was given up; None where it was not.
     """
 
-    neurons: int
+    shape: NarxShape
     number: int
     history: list[tuple[str, float]] = field(default_factory=list)
     weights: Floats | None = None
@@ -111,6 +111,7 @@ def fit_narx(
     neurons: int | Sequence[int] = 8,
     input_delays: Iterable[int] = range(4),
     feedback_delays: Iterable[int] = range(1, 5),
+    orders: Sequence[int] = (),
     linear: bool = True,
     starts: int = 5,
     seed: int = 0,
@@ -129,6 +130,8 @@ def fit_narx(
         Size of the hidden layer, or several sizes to choose from.
     input_delays, feedback_delays
         Samples by which inputs and outputs that the network sees are old.
+    orders
+        Several lengths of memory to choose from instead: of order n are the last n inputs and the n outputs before.
     linear
         Whether each of them adds to the output directly, beside the neurons.
     starts
@@ -173,14 +176,10 @@ def fit_narx(
     True
     """
     sizes = (neurons,) if isinstance(neurons, int) else tuple(neurons)
+    memories: list[tuple[Sequence[int], Sequence[int]]] = [(range(n), range(1, n + 1)) for n in orders]
     shapes = [
-        NarxShape(
-            channels=len(data.names),
-            neurons=size,
-            input_delays=tuple(input_delays),
-            feedback_delays=tuple(feedback_delays),
-            linear=linear,
-        )
+        NarxShape(channels=len(data.names), neurons=size, input_delays=inputs, feedback_delays=outputs, linear=linear)
+        for inputs, outputs in memories or [(tuple(input_delays), tuple(feedback_delays))]
         for size in sizes
     ]
     if not shapes or starts < 1:
@@ -240,27 +239,27 @@ class _Training:
         try:
             for number in range(starts):
                 for shape in self.shapes:
-                    rng = np.random.default_rng((seed, number, shape.neurons))
-                    start = NarxStart(neurons=shape.neurons, number=number)
+                    rng = np.random.default_rng((seed, number, shape.neurons, shape.lags))
+                    start = NarxStart(shape=shape, number=number)
                     self.starts.append(start)
-                    _Start(self, shape, start).train(first_weights(shape, rng))
+                    _Start(self, start).train(first_weights(shape, rng))
         except KeyboardInterrupt:
             interrupted = True
             if all(start.weights is None for start in self.starts):
                 raise
         usable = [(start, start.weights) for start in self.starts if start.weights is not None]
         best, weights = min(usable, key=lambda one: one[0].rms_validation)
-        shape = next(shape for shape in self.shapes if shape.neurons == best.neurons)
-        narx = self.narx(shape, weights)
+        narx = self.narx(best.shape, weights)
         return NarxFit(narx=narx, start=best, starts=tuple(self.starts), interrupted=interrupted)
 
 
 class _Start:
     """One start: its stages, and what it watches."""
 
-    def __init__(self, training: _Training, shape: NarxShape, start: NarxStart) -> None:
+    def __init__(self, training: _Training, start: NarxStart) -> None:
         self.effort, self.stages, self.progress = training.effort, training.stages, training.progress
-        self.shape, self.start, self.unit = shape, start, float(training.half[-1])
+        self.start, self.unit = start, float(training.half[-1])
+        self.shape = shape = start.shape
         scaled = [
             (
                 (part.inputs - training.middle[:-1]) / training.half[:-1],

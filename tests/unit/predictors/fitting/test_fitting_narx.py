@@ -141,10 +141,18 @@ def test_parallel_training_reaches_the_least_squares_of_scipy():
 def test_several_sizes_are_tried_and_a_seed_repeats_them():
     args = FEW | {"neurons": (1, 4), "effort": NarxEffort(open_epochs=5, horizons=(), closed_epochs=5)}
     one, two = (fit_narx(system(600), **args, seed=5) for _ in range(2))
-    assert [(start.neurons, start.number) for start in one.starts] == [(1, 0), (4, 0), (1, 1), (4, 1)]
+    assert [(start.shape.neurons, start.number) for start in one.starts] == [(1, 0), (4, 0), (1, 1), (4, 1)]
     assert np.array_equal(one.narx.weights, two.narx.weights)
     other = fit_narx(system(600), **args, seed=6)
     assert not np.array_equal(one.narx.weights, other.narx.weights)
+
+
+def test_the_length_of_the_memory_is_chosen_where_several_are_given():
+    effort = NarxEffort(open_epochs=30, horizons=(), closed_epochs=30)
+    found = fit_narx(system(), neurons=3, orders=(1, 2), starts=1, effort=effort)
+    assert [start.shape.feedback_delays for start in found.starts] == [(1,), (1, 2)]
+    assert found.narx.shape.feedback_delays == (1, 2)  # the system has two poles
+    assert found.narx.shape.input_delays == (0, 1)
 
 
 @pytest.mark.parametrize("epochs", [2, 25])
