@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -65,34 +65,41 @@ def _problem(shape: NarxShape, samples: int, *, closed: bool) -> tuple[FreeRunSq
     y /= np.abs(y).max()
     spans = np.array([[shape.lags, samples]])
     squares = FreeRunSquares(shape, np.ascontiguousarray(u[:, None]), y, spans, closed=closed)
-    return squares, 0.3 * first_weights(shape, np.random.default_rng(1))
+    return squares, first_weights(shape, np.random.default_rng(1))
 
 
 def _epoch_s(squares: FreeRunSquares, first: Floats, epochs: int) -> tuple[float, float]:
     """Return the processor time of an epoch, and the sum of squares after the last one."""
     seen: list[float] = []
+    begun = time.process_time()
+    bayesian_regularisation(squares, first, _counted(seen, epochs))
+    return (time.process_time() - begun) / len(seen), seen[-1]
+
+
+def _counted(seen: list[float], epochs: int) -> Callable[[Floats, Evidence], bool]:
+    """Return what ends a training after some epochs, and keeps the sum of squares after each."""
 
     def watch(_: Floats, evidence: Evidence) -> bool:
         seen.append(evidence.squares)
         return len(seen) < epochs
 
-    begun = time.process_time()
-    bayesian_regularisation(squares, first, watch)
-    return (time.process_time() - begun) / len(seen), seen[-1]
+    return watch
 
 
 def _beside_scipy(setting: Setting) -> Iterator[Figure]:
     samples = 85_000
-    for closed in (False, True):
-        squares, first = _problem(BALL_SCREW, samples, closed=closed)
+    begin, drawn = _problem(BALL_SCREW, samples, closed=False)
+    opened, _ = bayesian_regularisation(begin, drawn, _counted([], 20))
+    for closed, first in ((False, drawn), (True, opened)):
+        squares, _ = _problem(BALL_SCREW, samples, closed=closed)
         _epoch_s(squares, first, 2)
         ours, theirs = [], []
         for _ in range(setting.of(3, 1)):
-            seconds, found = _epoch_s(squares, first, setting.of(10, 4))
+            seconds, found = _epoch_s(squares, first, setting.of(20, 10))
             ours.append(seconds)
-            seconds, other = _least_squares_s(squares, first, setting.of(10, 4))
+            seconds, other = _least_squares_s(squares, first, setting.of(20, 10))
             theirs.append(seconds)
-            if not max(found, other) < 0.5 * squares.squares(np.zeros(first.size)):
+            if not max(found, other) < squares.squares(first):
                 raise WrongResultError(f"sums of squares of {found:g} and, by scipy, {other:g}")
         own, peer = Spread(tuple(ours)), Spread(tuple(theirs))
         kind = "parallel" if closed else "series-parallel"
@@ -144,7 +151,7 @@ def _training_of_the_paper(setting: Setting) -> Figure:
         _epoch_s(squares, first, 1)
         minutes += epochs * _epoch_s(squares, first, setting.of(20, 4))[0] / 60.0
     return Figure(
-        what=f"2000 series-parallel and 4000 parallel epochs, {samples} samples, {first.size} weights, from some of them",
+        what=f"2000 series-parallel and 4000 parallel epochs, {samples} samples, {first.size} weights, by a few",
         measured=f"{minutes:.1f} min",
         value=minutes,
         bar=Bar(value=15.0, unit="min", at_most=True),
@@ -164,9 +171,9 @@ print(time.process_time() - begun)
 
 def _first_compile() -> Figure:
     words = [sys.executable, "-c", _COMPILE]
-    with tempfile.TemporaryDirectory() as cache:
+    with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as folder:
         environment = {"NUMBA_CACHE_DIR": cache, "PYTHONPATH": str(Path(__file__).resolve().parent)}
-        cold, warm = (float(measure(words, Path(cache), **environment).out) for _ in range(2))
+        cold, warm = (float(measure(words, Path(folder), **environment).out) for _ in range(2))
     return Figure(
         what="What the first training compiles, processor time",
         measured=f"{cold - warm:.1f} s ({cold:.1f} s less {warm:.1f} s warm)",
