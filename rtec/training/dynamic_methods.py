@@ -11,7 +11,7 @@ import numpy as np
 
 from rtec.errors import ArgumentError
 from rtec.predictors.drive_model import MOTION, DriveModel
-from rtec.predictors.fitting.drive_model import fit_drive
+from rtec.predictors.fitting.drive_model import fit_drive, goes_both_ways
 from rtec.predictors.fitting.linear_models import choose_arx, fit_arx, fit_servo_lag
 from rtec.predictors.fitting.narx import NarxStart, fit_narx
 from rtec.predictors.linear_models import Held
@@ -155,6 +155,8 @@ def _physical(task: DynamicTask) -> DynamicFit:
         f"{damping / (2.0 * np.sqrt(stiffness)):.2g}, friction {found.coulomb:.3g} and offset {found.offset:.3g} "
         "(unit of position/s²: per unit of mass)"
     ]
+    if not goes_both_ways(task.train):
+        notes.append("the training part goes one way only: friction is taken to be the same the other way")
     return DynamicFit(model=found, judged=judged, notes=tuple(notes))
 
 
