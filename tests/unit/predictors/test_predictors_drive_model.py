@@ -98,7 +98,7 @@ def test_the_drive_is_found_again_from_its_motion(data):
 
 def test_friction_that_was_seen_one_way_is_taken_for_the_other_way():
     """Offset and Coulomb friction are the same there; a fit that shared them out would be far off behind a turn."""
-    t, inputs = motion(700, begin_s=0.2)
+    inputs = motion(700, begin_s=0.2)[1]
     inputs[:, :2] += [[130.0, 0.0]]
     symmetric = drive(offset=0.0, asymmetry=0.0)
     start = np.zeros(700)
