@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtec.errors import ArgumentError
 from rtec.predictors.drive_model import MOTION, DriveModel
 from rtec.predictors.fitting.drive_model import fit_drive, goes_both_ways
 from rtec.predictors.fitting.linear_models import choose_arx, fit_arx, fit_servo_lag
