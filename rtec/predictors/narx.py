@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,9 +38,9 @@ class NarxShape:
     channels: int
     """Inputs."""
     neurons: int
-    input_delays: tuple[int, ...]
+    input_delays: Sequence[int]
     """Samples, of each input; 0 is the present one."""
-    feedback_delays: tuple[int, ...]
+    feedback_delays: Sequence[int]
     """Samples, of the output, from 1 on."""
     linear: bool = True
     """Whether each tap adds to the output directly, too."""

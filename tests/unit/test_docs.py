@@ -218,7 +218,7 @@ def keys_of(document, under=("params", "not_testable", "minimum_detectable", "pr
 @pytest.fixture(scope="module")
 def json_keys():
     page = text_of(ROOT / "docs" / "reference.md").split("## JSON")[1].split("\n## ")[0]
-    parts = re.split(r"\*\*`rtec ([\w ]+) --json`\*\*", page)[1:]
+    parts = re.split(r"\*\*`rtec ([\w .-]+) --json`\*\*", page)[1:]
     return {
         verb: set(re.findall(r"`([A-Za-z_]\w*)`", part)) for verb, part in zip(parts[::2], parts[1::2], strict=True)
     }
@@ -308,6 +308,19 @@ def test_json_keys_of_the_understanding_loop(json_keys, tmp_path, monkeypatch, c
     again = printed("blind", "measure", "data.csv", "--plan", "plan.toml", "-o", "second.csv")
     assert json_keys["blind measure"] == again
     assert json_keys["blind guess"] == printed("blind", "guess", "data.csv", "nothing")
+
+
+def test_json_keys_of_models_of_motion(json_keys, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    rows = [f"{1e-3 * k:.3f},{math.sin(0.02 * k):.6f},{math.sin(0.02 * k - 0.1):.6f}" for k in range(200)]
+    Path("log.csv").write_text("\n".join(["time_s,command_mm,actual_mm", *rows]) + "\n")
+    words = ["train", "--dynamic", "log.csv", "--budget", "1 ms", "--starts", "1", "-o", "m.toml", "--pick", "ARX"]
+    main([*words, "--json"])
+    document = json.loads(capsys.readouterr().out)
+    kinds = {row["kind"] for row in document["rows"]}
+    assert json_keys["train --dynamic"] == keys_of(document) | kinds
+    main(["compare", "log.csv", "--model", "m.toml", "--json"])
+    assert json_keys["compare --model MOTION.toml"] == set(json.loads(capsys.readouterr().out))
 
 
 def test_the_keys_of_an_experiment_plan_are_those_of_the_page():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh
+from scipy.linalg import eigh
 
 from rtec.predictors._columns import Floats
 
@@ -72,15 +72,12 @@ def bayesian_regularisation(problem: LeastSquares, weights: Floats, watch: Watch
     """
     found = Evidence()
     squares, normal, slope = problem.normal(weights)
+    found.squares = squares
     if not np.isfinite(squares):
         return weights, found
-    found.squares = squares
     _weigh(found, float(weights.size), weights, problem)
-    while True:
-        try:
-            values, vectors = eigh(normal, driver="evd", check_finite=False)
-        except LinAlgError:
-            return weights, found
+    while np.isfinite(normal).all():
+        values, vectors = eigh(normal, driver="evd", check_finite=False)
         values = np.maximum(values, 0.0)
         along = vectors.T @ (slope + found.decay * weights)
         cost = squares + found.decay * float(weights @ weights)
@@ -98,8 +95,9 @@ def bayesian_regularisation(problem: LeastSquares, weights: Floats, watch: Watch
         squares, normal, slope = problem.normal(weights)
         found.squares = squares
         _weigh(found, float(np.sum(values / (values + found.decay))), weights, problem)
-        if not watch(weights, found) or not np.isfinite(normal).all():
-            return weights, found
+        if not watch(weights, found):
+            break
+    return weights, found
 
 
 def _weigh(found: Evidence, gamma: float, weights: Floats, problem: LeastSquares) -> None:

@@ -63,8 +63,8 @@ class NarxStart:
 
     Parameters
     ----------
-    neurons
-        Size of the network.
+    shape
+        Of the network.
     number
         Of the start, from 0.
     history
@@ -73,14 +73,14 @@ class NarxStart:
     weights
         The best by free run over the validation part.
     rms_validation
-        Of these, in the unit of the output; infinite where no free run came to its end.
+        Of these, in the unit of the output; infinite where each free run diverges.
     gamma
         Effective number of parameters at the end.
     reason
         Why it was given up; None where it was not.
     """
 
-    neurons: int
+    shape: NarxShape
     number: int
     history: list[tuple[str, float]] = field(default_factory=list)
     weights: Floats | None = None
@@ -111,6 +111,7 @@ def fit_narx(
     neurons: int | Sequence[int] = 8,
     input_delays: Iterable[int] = range(4),
     feedback_delays: Iterable[int] = range(1, 5),
+    orders: Sequence[int] = (),
     linear: bool = True,
     starts: int = 5,
     seed: int = 0,
@@ -129,6 +130,8 @@ def fit_narx(
         Size of the hidden layer, or several sizes to choose from.
     input_delays, feedback_delays
         Samples by which inputs and outputs that the network sees are old.
+    orders
+        Several lengths of memory to choose from instead: of order n are the last n inputs and the n outputs before.
     linear
         Whether each of them adds to the output directly, beside the neurons.
     starts
@@ -147,12 +150,19 @@ def fit_narx(
     Returns
     -------
     NarxFit
-        The best of what came to its end; after Ctrl-C, the best so far.
+        Of the start that is best over the validation part; after Ctrl-C, of the best so far. A start that diverges
+        says so and is not chosen unless all do.
 
     Raises
     ------
     ArgumentError
-        Fewer samples than weights, an input or an output that never moves, or no start that came to its end.
+        Fewer samples than weights, or an input or an output that never moves.
+    KeyboardInterrupt
+        Ctrl-C before the first epoch.
+
+    References
+    ----------
+    Erwinski et al. 2016 and 2019, section 4: series-parallel training first, then parallel.
 
     Examples
     --------
@@ -166,14 +176,10 @@ def fit_narx(
     True
     """
     sizes = (neurons,) if isinstance(neurons, int) else tuple(neurons)
+    memories: list[tuple[Sequence[int], Sequence[int]]] = [(range(n), range(1, n + 1)) for n in orders]
     shapes = [
-        NarxShape(
-            channels=len(data.names),
-            neurons=size,
-            input_delays=tuple(input_delays),
-            feedback_delays=tuple(feedback_delays),
-            linear=linear,
-        )
+        NarxShape(channels=len(data.names), neurons=size, input_delays=inputs, feedback_delays=outputs, linear=linear)
+        for inputs, outputs in memories or [(tuple(input_delays), tuple(feedback_delays))]
         for size in sizes
     ]
     if not shapes or starts < 1:
@@ -233,27 +239,27 @@ class _Training:
         try:
             for number in range(starts):
                 for shape in self.shapes:
-                    rng = np.random.default_rng((seed, number, shape.neurons))
-                    start = NarxStart(neurons=shape.neurons, number=number)
+                    rng = np.random.default_rng((seed, number, shape.neurons, shape.lags))
+                    start = NarxStart(shape=shape, number=number)
                     self.starts.append(start)
-                    _Start(self, shape, start).train(first_weights(shape, rng))
+                    _Start(self, start).train(first_weights(shape, rng))
         except KeyboardInterrupt:
             interrupted = True
             if all(start.weights is None for start in self.starts):
                 raise
         usable = [(start, start.weights) for start in self.starts if start.weights is not None]
         best, weights = min(usable, key=lambda one: one[0].rms_validation)
-        shape = next(shape for shape in self.shapes if shape.neurons == best.neurons)
-        narx = self.narx(shape, weights)
+        narx = self.narx(best.shape, weights)
         return NarxFit(narx=narx, start=best, starts=tuple(self.starts), interrupted=interrupted)
 
 
 class _Start:
     """One start: its stages, and what it watches."""
 
-    def __init__(self, training: _Training, shape: NarxShape, start: NarxStart) -> None:
+    def __init__(self, training: _Training, start: NarxStart) -> None:
         self.effort, self.stages, self.progress = training.effort, training.stages, training.progress
-        self.shape, self.start, self.unit = shape, start, float(training.half[-1])
+        self.start, self.unit = start, float(training.half[-1])
+        self.shape = shape = start.shape
         scaled = [
             (
                 (part.inputs - training.middle[:-1]) / training.half[:-1],
@@ -263,9 +269,19 @@ class _Start:
         ]
         self.spans = stretches_of(training.train, shape.lags)
         self.data = scaled[0]
+        self.latest: Floats | None = None
         self.held = FreeRunSquares(shape, *scaled[1], stretches_of(training.held, shape.lags), closed=True)
 
     def train(self, weights: Floats) -> None:
+        """Train from these weights on; Ctrl-C leaves the best so far."""
+        try:
+            self._train(weights)
+        except KeyboardInterrupt:
+            if self.latest is not None:
+                self._judge(self.latest)
+            raise
+
+    def _train(self, weights: Floats) -> None:
         effort = self.effort
         if self.stages is not Stages.CLOSED:
             weights = self._stage("series-parallel", weights, self.spans, effort.open_epochs, closed=False)
@@ -278,13 +294,13 @@ class _Start:
                         f"parallel over {horizon}", weights, spans, effort.horizon_epochs, closed=True
                     )
             self._stage("parallel", weights, self.spans, effort.closed_epochs, closed=True)
-            if self.start.history[-1:] and self.start.history[-1][0] != "parallel":
-                self.start.reason = "parallel training diverged"
+            if not self.start.history or self.start.history[-1][0] != "parallel":
+                self.start.reason = "parallel training did not get on from where it began"
         if self.start.rms_validation == np.inf:
-            self.start.reason = "diverged in free run"
+            self.start.reason = "the free run over the validation part diverges"
 
     def _judge(self, weights: Floats) -> float:
-        """Keep weights that are better over the validation part; return their mean square there."""
+        """Keep weights that are better over the validation part; return their root mean square error there."""
         rms = self.unit * float(np.sqrt(self.held.squares(weights) / self.held.samples))
         if self.start.weights is None or rms < self.start.rms_validation:
             self.start.weights, self.start.rms_validation = weights, rms
@@ -297,6 +313,7 @@ class _Start:
         history: list[float] = []
 
         def watch(found: Floats, evidence: Evidence) -> bool:
+            self.latest = found
             rms = self.unit * float(np.sqrt(evidence.squares / problem.samples))
             self.start.history.append((name, rms))
             self.start.gamma = evidence.gamma
