@@ -19,8 +19,9 @@ from rtec.errors import ArgumentError
 from rtec.units import LENGTH, PS_PER_S
 
 if TYPE_CHECKING:
+    from rtec.effects import Library
     from rtec.injector import Design
-    from rtec.predictors import Predictor
+    from rtec.predictors import Model
     from rtec.requester.pc_node import PcNode
     from rtec.requester.settings import HandshakeSettings
     from rtec.requester.supervision import SupervisionLimits
@@ -169,7 +170,7 @@ def _predictors(
     travel_mm: float,
     cautious: bool,
     effects: Path | None = None,
-) -> tuple[dict[int, Predictor], float]:
+) -> tuple[dict[int, Model], float]:
     from rtec.predictors import LatheNetwork, LengthUnit, read_linuxcnc_table, read_table
 
     if cautious and not models:
@@ -178,7 +179,7 @@ def _predictors(
         raise apart("--model", "--table")
     if table_unit is not None and (table is None or table.suffix.lower() == ".csv"):
         raise needs("--table-unit", "a table of LinuxCNC", "a .csv says its units itself")
-    known: Predictor
+    known: Model
     if table is not None and table.suffix.lower() != ".csv":
         if table_unit is None:
             raise needs("--table", "--table-unit mm or --table-unit inch", "a .csv says its units itself")
@@ -200,21 +201,17 @@ def _of_models(
     travel_mm: float,
     cautious: bool,
     effects: Path | None,
-) -> dict[int, Predictor]:
+) -> dict[int, Model]:
     """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
     from rtec.effects.own_file import library_of_file
-    from rtec.inference.static_predictor import axis_of_file, predictor_of_file
+    from rtec.inference.static_predictor import axis_of_file
     from rtec.predictors import NoError
     from rtec.predictors.binding import axis_name
 
     library = library_of_file(effects)
-    found: dict[int, Predictor] = {}
+    found: dict[int, Model] = {}
     for path in models:
-        predictor, left_out = predictor_of_file(
-            path, home_mm, home_mm + travel_mm, cautious=cautious, library=library
-        )
-        for effect in left_out:
-            note(f"warning: {effect.effect} is left out: {effect.why}")
+        predictor = _model_of(path, (home_mm, home_mm + travel_mm), cautious, library)
         axis = axis_of_file(path)
         if axis is None and len(models) == 1 and len(predictor.inputs) == 2:
             return dict.fromkeys(numbers, predictor)
@@ -236,12 +233,25 @@ def _of_models(
     return {axis: found.get(axis) or NoError() for axis in numbers}
 
 
+def _model_of(path: Path, held_mm: tuple[float, float], cautious: bool, library: Library) -> Model:
+    from rtec.inference.static_predictor import predictor_of_file
+    from rtec.predictors.motion_file import is_motion_file
+    from rtec.predictors.motion_model import model_of_motion
+
+    if is_motion_file(path):
+        return model_of_motion(path, cautious=cautious)
+    predictor, left_out = predictor_of_file(path, *held_mm, cautious=cautious, library=library)
+    for effect in left_out:
+        note(f"warning: {effect.effect} is left out: {effect.why}")
+    return predictor
+
+
 def _listed(numbers: list[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
 def _nodes(
-    predictors: dict[int, Predictor],
+    predictors: dict[int, Model],
     design: Design,
     handshake: HandshakeSettings,
     supervision: SupervisionLimits,

@@ -58,6 +58,8 @@ TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
 """Place of the first temperature in degrees Celsius."""
 SENSORS = TEMPERATURES + MOST_TEMPERATURES
 
+NINETY = 1.6448536269514722
+"""Standard deviations in half an interval of 90 %."""
 PLAIN, SIGN, TURN, HELD = 0, 1, 2, 3
 """Kinds of inputs of a layered network."""
 LAYERED_HEAD = 6
@@ -268,6 +270,8 @@ def error_at(curve: Any, x_mm: float, direction: int) -> float:
 def predicted_mm(model: Any, sensors: Floats) -> float:
     """Return the error that a model sees in what the sensors say; no number outside what it was trained for.
 
+    A model that says how unsure it is is followed to the near end of its 90 % interval.
+
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
     value of each that it knows, room for the inputs, its memory, by how much it may be off, and room for a standard
     deviation.
@@ -278,7 +282,10 @@ def predicted_mm(model: Any, sensors: Floats) -> float:
         inputs[k] = sensors[wanted[k]]
         if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
-    return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
+    error_mm = float(function(numbers, inputs, memory, sd))
+    if sd[0] > 0.0:  # not so where the model has not said it
+        unsure_mm = max(unsure_mm, NINETY * sd[0])
+    return sure_of(error_mm, unsure_mm)
 
 
 @kernel
