@@ -24,7 +24,8 @@ class StepModel:
     function
         ``function(numbers, inputs, memory, sd) -> error in mm``, all four one-dimensional arrays of float64, such
         that numba can compile it. It may keep what it likes in ``memory``, and write the standard deviation of what
-        it returns, in mm, into ``sd[0]``: the PC then asks for the near end of the 90 % interval. It is called once for every turn of the PC, some 10 ms apart.
+        it returns, in mm, into ``sd[0]``: the PC then asks for the near end of the 90 % interval. It is called once
+        for every turn of the PC, some 10 ms apart.
     inputs
         Sensors by name, in the order of ``inputs``: ``position`` (mm) and ``direction`` (+1, -1) of the axis, its
         ``velocity`` (mm/s, from one reading to the next), ``time`` (s, on the PC's clock), ``position_1`` to
