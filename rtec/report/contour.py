@@ -173,13 +173,15 @@ def errors_figure(run: ContourRun) -> Figure:
     above.legend(loc="upper right")
     above.set_xlabel("time (s)")
     for axes, over, label in ((below, run.time_s, "time (s)"), (along, run.s_mm, "along the path (mm)")):
-        axes.plot(over[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9)
+        axes.plot(over[part], 1e3 * run.contour_mm[part], color=FORWARD, linewidth=0.9, label="as it runs")
         if run.predicted_mm is not None:
             axes.plot(over[part], 1e3 * run.predicted_mm[part], color=REVERSE, linewidth=0.7, label="predicted")
         for sign in (-1.0, 1.0) if run.limit_mm is not None else ():
             axes.axhline(sign * 1e3 * float(run.limit_mm or 0.0), color=ALARM, linewidth=0.9, linestyle="--")
         axes.axhline(0.0, color=GUIDE, linewidth=0.8)
         axes.set(xlabel=label, ylabel="contour error (µm)")
+    if run.predicted_mm is not None:
+        below.legend(loc="upper right")
     return figure
 
 
