@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, kernel, step
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset
-from rtec.injector._kernels import injector_enable, injector_request, injector_reset
+from rtec.injector._kernels import injector_reset
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._box_kernels import box_skips, instruct
 from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, comes_due, next_of_faults, note_effects
-from rtec.machine._firmware_kernels import forget_round, set_inputs, skip_rounds, words_valid
+from rtec.machine._firmware_kernels import set_inputs, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
 from rtec.machine._line_kernels import AXIS, fault_at_axis
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
@@ -59,11 +60,7 @@ def converse_box(m: Record, t_ps: int) -> None:
         m.node.box.next_ps += m.node.box.period_ps
         return
     total = box_tick(m.node.box, m.node.down, m.node.up, t_ps, m.box_count, m.injector.completed)
-    allowed = 1 if m.node.box.switch_on == 1 and m.node.box.probing == 0 else 0
-    if m.injector.enabled != allowed:
-        injector_enable(m.injector, t_ps, allowed)
-    if total != m.injector.requested:
-        injector_request(m.injector, t_ps, total)
+    instruct(m, t_ps, m.node.box.switch_on == 1 and m.node.box.probing == 0, total)
 
 
 @step
@@ -233,11 +230,7 @@ def run(
             ticks = ticks_at_rest(
                 m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error
             )
-        if box is not None:
-            if not (resting and box_rests(m, box)):
-                forget_round(box[0])
-            elif ticks > 1 and not skip_rounds(m, box[0], servo.now_ps + ticks * servo.period_ps):
-                ticks = 1
+        ticks = box_skips(m, box, resting and box_rests(m, box), ticks)
         read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
         if ticks > 1:
             pass_ticks(m, box, ticks)

@@ -24,17 +24,16 @@ from typing import Any
 from rtec._jit import Record, kernel, step, written_out
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_reset, receiver_settle
-from rtec.injector._kernels import injector_enable, injector_request, injector_reset
-from rtec.link._kernels import deliver
+from rtec.injector._kernels import injector_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._box_kernels import box_obey, box_reading, box_zero
 from rtec.machine._fault_kernels import note_effects
-from rtec.machine._firmware_kernels import turn_firmware, zero_firmware
 from rtec.machine._kept_kernels import put_aside
-from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliver_lines, fault_at_axis
+from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, fault_at_axis
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.requester._box_node_kernels import box_receive, box_start
-from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
+from rtec.requester._box_turn_kernels import box_check_watchdog, box_say
 from rtec.signal._kernels import NEVER
 
 
@@ -193,38 +192,18 @@ def turn_box(st: Record, box: Any, t_ps: int) -> None:
         return
     n.at_home = 1 if at_home(st) else 0
     box_check_watchdog(n, t_ps, st.illegal_in, st.alarm != NO_ALARM)
-    count = st.box_count
-    if box is None:
-        box_sample(n, t_ps, count, s.completed)
-    else:
-        turn_firmware(st, box[0], t_ps)
-        deliver_lines(st, box, t_ps)
-        deliver(n.up, t_ps)
-        count = n.box.zero + n.up.word0
+    count = box_reading(st, box, t_ps)
     homed = n.box.homed == 1
     box_say(n, t_ps, count, s.completed, s.refused)
     if homed:
         zero_counters(st, box, t_ps)
-    if box is None:
-        allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
-        if s.enabled != allowed:
-            injector_enable(s, t_ps, allowed)
-        if n.box.state == RUNNING and n.box.accepted != s.requested:
-            injector_request(s, t_ps, n.box.accepted)
+    box_obey(st, box, t_ps)
 
 
 @step
 def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     """Zero every counter, that of the controller included: the axis stands at home (General Considerations)."""
-    s = st.injector
-    if box is None:
-        injector_request(s, t_ps, 0)
-    else:
-        zero_firmware(box[0])
-    s.completed = 0
-    s.requested = 0
-    s.ahead = 0
-    st.illegal_in = 0
+    box_zero(st, box, t_ps)
     receiver_settle(st.receiver, t_ps)
     st.receiver.count = st.encoder.count
     st.receiver.fault = 0
