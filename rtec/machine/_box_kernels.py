@@ -9,8 +9,16 @@ from __future__ import annotations
 from typing import Any
 
 from rtec._jit import Record, helper, step
-from rtec.controller._kernels import receiver_edge
-from rtec.injector._kernels import injector_edge, injector_enable, injector_fire, injector_power, injector_request
+from rtec.axis._kernels import encoder_level, encoder_reset
+from rtec.controller._kernels import receiver_edge, receiver_reset
+from rtec.injector._kernels import (
+    injector_edge,
+    injector_enable,
+    injector_fire,
+    injector_power,
+    injector_request,
+    injector_reset,
+)
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import ARMED, INSERTING
 from rtec.link._bus_kernels import NO_FAULT
@@ -29,6 +37,16 @@ from rtec.machine._firmware_kernels import (
 from rtec.machine._kept_kernels import keep, keep_own
 from rtec.requester._box_kernels import RUNNING, box_trip
 from rtec.requester._box_turn_kernels import box_sample
+
+
+@helper
+def stand_still(m: Record) -> int:
+    """Let encoder, injector and receiver stand at home, everything switched on; return the levels there."""
+    encoder_reset(m.encoder, 0)
+    level = encoder_level(m.encoder)
+    injector_reset(m.injector, level)
+    receiver_reset(m.receiver, level)
+    return int(level)
 
 
 @step

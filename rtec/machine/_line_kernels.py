@@ -18,7 +18,7 @@ from rtec.axis._kernels import ENCODER, PIECE, encoder_level
 from rtec.controller._kernels import RECEIVER
 from rtec.injector._state_kernels import INJECTOR
 from rtec.link._bus_kernels import BEGUN, FAULT, NO_FAULT, fire
-from rtec.machine._box_kernels import box_advance, box_edge, box_finish, box_keep, box_output
+from rtec.machine._box_kernels import box_advance, box_edge, box_finish, box_keep, box_output, stand_still
 from rtec.machine._fault_kernels import (
     CABLE,
     await_insertion,
@@ -32,7 +32,7 @@ from rtec.machine._fault_kernels import (
 from rtec.machine._kept_kernels import KEPT
 from rtec.machine._servo_kernels import SERVO
 from rtec.requester._box_node_kernels import BOX_NODE
-from rtec.signal._kernels import ILLEGAL, count_delta
+from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
 
 NO_ALARM, FOLLOWING, ILLEGAL_LINES = 0, 1, 2
 """Why the controller has stopped the drive: the axis does not follow, or its input saw an illegal transition."""
@@ -104,6 +104,15 @@ AXIS: list[tuple[object, ...]] = [
 """Fields of one axis with its box; a machine that adds parts of its own has them first."""
 
 STATION = np.dtype(AXIS, align=True)
+
+
+@helper
+def stand_at_home(st: Record) -> None:
+    """Let an axis stand at home, its box powered."""
+    st.lines = stand_still(st)
+    st.powered = 1
+    st.trip_ps = -NEVER
+    st.servo.program = 1
 
 
 @step

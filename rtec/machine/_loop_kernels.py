@@ -13,9 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.axis._kernels import encoder_level, encoder_reset
-from rtec.controller._kernels import receiver_reset
-from rtec.injector._kernels import injector_reset
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
@@ -23,7 +20,7 @@ from rtec.machine._box_kernels import box_skips, instruct
 from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, comes_due, next_of_faults, note_effects
 from rtec.machine._firmware_kernels import set_inputs, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
-from rtec.machine._line_kernels import AXIS, fault_at_axis
+from rtec.machine._line_kernels import AXIS, fault_at_axis, stand_at_home
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
@@ -124,30 +121,15 @@ def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.voi
 
 
 @kernel
-def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
-    """Stand still at ``count`` at time 0, everything switched on."""
-    encoder_reset(m.encoder, count)
-    level = encoder_level(m.encoder)
-    m.lines = level
-    m.box_count = count
-    m.powered = 1
-    injector_reset(m.injector, level)
-    receiver_reset(m.receiver, level)
+def start(m: Record, box_first_ps: int, pc_first_ps: int) -> None:
+    """Stand still at home at time 0, everything switched on."""
+    stand_at_home(m)
     box_reset(m.node.box, box_first_ps)
     pc_reset(m.pc, pc_first_ps)
     mailbox_reset(m.node.down)
     mailbox_reset(m.node.up)
-    m.servo.x = count
-    m.servo.v = 0.0
-    m.servo.command = count
-    m.servo.moving = 0
-    m.servo.program = 1
     m.reader.begun_ps = NEVER
-    m.reader.next = 0
     m.fault_ps = NEVER
-    m.trip_ps = -NEVER
-    m.play.y_mm = count * m.servo.count_mm
-    m.status = RUNNING
 
 
 @step
@@ -182,60 +164,38 @@ def pass_ticks(m: Record, box: Any, ticks: int) -> None:
         carry_pc_to(m, servo.now_ps)
 
 
-@step
-def make_tick(m: Record, box: Any, acceleration: float, error: Any, model: Any, faults: NDArray[np.void]) -> None:
-    """Run one tick of the servo, from one turn of box or PC to the next."""
-    open_tick(m, acceleration, error)
-    while m.tick_open == 1:
-        turn_ps = next_turn(m, box)
-        run_tick(m, box, turn_ps, error)
-        if m.tick_open == 1:
-            take_turn(m, box, turn_ps, model, faults)
-
-
 @kernel
 def run(
-    m: Record,
-    until_ps: int,
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    readings_mm: NDArray[np.float64],
-    error: Any,
-    model: Any,
-    own: Any,
-    plant: Any,
-    trace: Any,
-    box: Any,
-    faults: NDArray[np.void],
+    m: Record, until_ps: int, command: Any, laser: Any, models: Any, trace: Any, box: Any, faults: NDArray[np.void]
 ) -> None:
-    """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
+    """Run the machine up to ``until_ps``.
 
-    ``error``, ``model`` and ``own`` are the axis' true curve, the PC's model and the controller's own table, as
-    `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is
-    (array (n, 8), every so many ticks, [rows used]); ``box`` is None, or that of `rtec.machine._firmware_kernels`.
+    ``command`` is start and duration of each segment, and its motion: x, v, a, j in counts and seconds, shape
+    (4, segments); ``laser`` the schedule of readings, as targets, when each begins and ends, and room for them.
+    ``models`` are the axis' true curve, the PC's model and the controller's own table, as `rtec.predictors.binding`
+    makes them, and what the servo moves (`rtec.axis.plant`). ``trace`` is (array (n, 8), every so many ticks, [rows
+    used]); ``box`` as of `rtec.machine._box_kernels`.
     """
+    error, model, own, plant = models
     servo = m.servo
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
-        speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
+        speed = command_at(servo, servo.now_ps, command)
         acceleration = servo_tick(m, speed, own, plant, 0)
         trace_tick(m, trace, error)
         resting = servo.v == 0.0 and acceleration == 0.0
-        ticks = 1
-        if resting:
-            ticks = ticks_at_rest(
-                m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error
-            )
+        ticks = ticks_at_rest(m, box, laser, command, until_ps, error) if resting else 1
         ticks = box_skips(m, box, resting and box_rests(m, box), ticks)
-        read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
+        read_laser(m, ticks, laser, error)
         if ticks > 1:
             pass_ticks(m, box, ticks)
             continue
-        make_tick(m, box, acceleration, error, model, faults)
+        open_tick(m, acceleration, error)
+        while m.tick_open == 1:
+            turn_ps = next_turn(m, box)
+            run_tick(m, box, turn_ps, error)
+            if m.tick_open == 1:
+                take_turn(m, box, turn_ps, model, faults)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return

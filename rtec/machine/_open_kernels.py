@@ -21,22 +21,17 @@ from rtec.axis._kernels import (
     ENCODER,
     emit,
     encoder_level,
-    encoder_reset,
     glitch_toggle,
     next_crossing,
     set_piece,
     steady_crossing,
 )
 from rtec.board._board_kernels import LARGE, board_ask, board_edge, board_fire, board_run, board_switch, read_bus
-from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_reset, receiver_settle
-from rtec.injector._kernels import (
-    injector_edge,
-    injector_fire,
-    injector_request,
-    injector_reset,
-)
+from rtec.controller._kernels import RECEIVER, receiver_edge, receiver_settle
+from rtec.injector._kernels import injector_edge, injector_fire, injector_request
 from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import INJECTOR
+from rtec.machine._box_kernels import stand_still
 from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
 from rtec.machine._tape_kernels import has_room, keep_board, keep_box
 from rtec.signal._kernels import NEVER
@@ -185,11 +180,9 @@ def ask_with_edge(m: Record, motion: Any, board: Any, t_ps: int) -> None:
 
 
 @kernel
-def start(m: Record, count: int) -> None:
-    """Stand still at ``count``."""
-    encoder_reset(m.encoder, count)
-    injector_reset(m.injector, encoder_level(m.encoder))
-    receiver_reset(m.receiver, encoder_level(m.encoder))
+def start(m: Record) -> None:
+    """Stand still at home."""
+    stand_still(m)
     m.due = m.edges - 1
 
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rtec._jit import Record, helper, step
 from rtec.link._kernels import SLOTS
 from rtec.machine._laser_kernels import near_target
@@ -36,19 +33,10 @@ def box_rests(m: Record, box: Any) -> bool:
 
 
 @step
-def ticks_at_rest(
-    m: Record,
-    box: Any,
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-    until_ps: int,
-    error: Any,
-) -> int:
+def ticks_at_rest(m: Record, box: Any, laser: Any, command: Any, until_ps: int, error: Any) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
+    targets_mm, begins_ps, ends_ps, _ = laser
+    start_ps, duration_ps, motion = command
     servo, r = m.servo, m.reader
     i = servo.segment
     if m.skipping == 0 or servo.rigid == 0 or servo.dither != 0.0:

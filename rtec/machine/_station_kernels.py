@@ -22,14 +22,12 @@ import math
 from typing import Any
 
 from rtec._jit import Record, kernel, step, written_out
-from rtec.axis._kernels import encoder_level, encoder_reset
-from rtec.controller._kernels import receiver_reset, receiver_settle
-from rtec.injector._kernels import injector_reset
+from rtec.controller._kernels import receiver_settle
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
 from rtec.machine._box_kernels import box_obey, box_reading, box_zero
 from rtec.machine._fault_kernels import note_effects
 from rtec.machine._kept_kernels import put_aside
-from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, fault_at_axis
+from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, fault_at_axis, stand_at_home
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.requester._box_node_kernels import box_receive, box_start
@@ -258,22 +256,15 @@ def settle(axes: Any, boxes: Any, i: int) -> None:
 @kernel
 def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
     """Stand still at home at ``t_ps``, everything switched on, nothing homed."""
-    encoder_reset(st.encoder, 0)
-    level = encoder_level(st.encoder)
-    injector_reset(st.injector, level)
-    receiver_reset(st.receiver, level)
-    st.lines = level
+    stand_at_home(st)
     box_start(st.node, t_ps, session)
     st.node.box.framed = 1
     st.node.box.next_ps = first_reading_ps
     st.node.cycle_next_ps = first_reading_ps
     st.servo.now_ps = t_ps
     st.event_ps = t_ps
-    st.servo.program = 1
     st.arrived_ps = NEVER
     st.held_ps = NEVER
-    st.trip_ps = -NEVER
-    st.powered = 1
     st.starts = 1
 
 

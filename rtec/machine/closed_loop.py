@@ -188,7 +188,7 @@ class Machine:
         state.servo.compensates = int(not isinstance(self.own_table, NoError))
         state.correcting = int(self.injector is not None)
         state.skipping = 1
-        _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
+        _loop_kernels.start(state, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
 
     def bound_models(self) -> tuple[Any, Any, Any, Any]:
@@ -300,11 +300,11 @@ def run_machine(
     readings, arrays = _arrays(machine, task, motion)
     trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)
     records = np.concatenate([fault_records(machine.faults), probing_records(machine.probing)]).view(np.recarray)
-    advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box, records)
+    advance = prepared(_loop_kernels.run, state, 0, *arrays, models, trace, box, records)
     begun = time.perf_counter()
     for part in range(1, slices + 1):
         until_ps = total_ps * part // slices
-        advance(state, until_ps, *arrays, *models, trace, box, records)
+        advance(state, until_ps, *arrays, models, trace, box, records)
         if progress is not None:
             progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
@@ -358,9 +358,8 @@ def _arrays(
     else:
         schedule = (np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
     readings = np.full(schedule[0].size, np.nan)
-    arrays = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape, *schedule))
-    arrays = (*arrays, readings)
-    return readings, arrays
+    command = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape))
+    return readings, (command, (*map(np.array, schedule), readings))
 
 
 def _trace(ticks: int, every: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:

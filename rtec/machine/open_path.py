@@ -98,7 +98,7 @@ class OpenPath:
         state.in_blocks = 1
         state.corrections = abs(self.corrections)
         state.sign = 1 if self.corrections >= 0 else -1
-        _open_kernels.start(state, 0)
+        _open_kernels.start(state)
         return state
 
     def board(self) -> Board | None:
