@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rtec._jit import Record, prepared
+from rtec.axis.command import Move
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link.frame import PAYLOAD_BYTES, Frame
@@ -13,7 +14,6 @@ from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
-from rtec.machine.moves import Move
 from rtec.machine.refused_frames import TAKEN, refusals, why_refused
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
