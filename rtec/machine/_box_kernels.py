@@ -26,15 +26,15 @@ from rtec.link._kernels import deliver
 from rtec.machine._firmware_kernels import (
     deliver_board,
     firmware_edge,
-    forget_round,
     power_firmware,
+    reset_idle_loop,
     set_inputs,
     skip_rounds,
     stop_firmware,
     turn_firmware,
     zero_firmware,
 )
-from rtec.machine._kept_kernels import keep, keep_own
+from rtec.machine._recorder_kernels import keep, keep_own
 from rtec.requester._box_kernels import RUNNING, box_trip
 from rtec.requester._box_turn_kernels import box_sample
 
@@ -179,7 +179,7 @@ def box_skips(st: Record, box: Any, rests: bool, ticks: int) -> int:
     """Return how many of the next ``ticks`` the box lets pass at rest: a firmware whole rounds, a model all."""
     if box is not None:
         if not rests:
-            forget_round(box[0])
+            reset_idle_loop(box[0])
         elif ticks > 1 and not skip_rounds(st, box[0], st.servo.now_ps + ticks * st.servo.period_ps):
             return 1
     return ticks

@@ -29,7 +29,7 @@ from rtec.machine._fault_kernels import (
     note_effects,
     trigger_pending,
 )
-from rtec.machine._kept_kernels import KEPT
+from rtec.machine._recorder_kernels import KEPT
 from rtec.machine._servo_kernels import SERVO
 from rtec.requester._box_node_kernels import BOX_NODE
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
@@ -87,15 +87,11 @@ AXIS: list[tuple[object, ...]] = [
     # the last changes of the lines, for pictures of an insertion
     ("keeps", np.int64),  # 1: they are kept
     ("kept", np.int64),  # changes so far
-    ("kept_ps", np.int64, (KEPT,)),
-    ("kept_in", np.int64, (KEPT,)),
-    ("kept_out", np.int64, (KEPT,)),
+    ("kept_rows", np.int64, (KEPT, 3)),  # time, levels at the encoder's side, levels at the controller
     ("seen_inserted", np.int64),
     ("still_to_keep", np.int64),  # changes after an insertion until it is put aside
     ("aside", np.int64),  # changes put aside
-    ("aside_ps", np.int64, (KEPT,)),
-    ("aside_in", np.int64, (KEPT,)),
-    ("aside_out", np.int64, (KEPT,)),
+    ("aside_rows", np.int64, (KEPT, 3)),
     # observations
     ("starts", np.int64),
     ("moves", np.int64),

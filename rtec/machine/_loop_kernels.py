@@ -23,11 +23,11 @@ from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, t
 from rtec.machine._line_kernels import AXIS, fault_at_axis, stand_at_home
 from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
-from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_read, pc_request, pc_reset, pc_start, schedule_reading, sense
+from rtec.requester._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -51,7 +51,7 @@ MACHINE = np.dtype(
 
 
 @step
-def converse_box(m: Record, t_ps: int) -> None:
+def box_cycle(m: Record, t_ps: int) -> None:
     """Let the box read the PC's words and pass its request on to the injector."""
     if m.powered == 0:
         m.node.box.next_ps += m.node.box.period_ps
@@ -61,7 +61,7 @@ def converse_box(m: Record, t_ps: int) -> None:
 
 
 @step
-def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
+def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
         pc_start(m.pc, m.node.down, t_ps)  # an axis that stands elsewhere must not be taken as homed
@@ -115,9 +115,9 @@ def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.voi
     if m.fault_ps == t_ps:
         change_faults(m, box, faults, t_ps)
     elif box is None and m.node.box.next_ps == t_ps:
-        converse_box(m, t_ps)
+        box_cycle(m, t_ps)
     else:
-        converse_pc(m, box, t_ps, model)
+        pc_cycle(m, box, t_ps, model)
 
 
 @kernel

@@ -33,7 +33,7 @@ from rtec.injector._monitor_kernels import observe
 from rtec.injector._state_kernels import INJECTOR
 from rtec.machine._box_kernels import stand_still
 from rtec.machine._firmware_kernels import READINGS_TO_END, note_insertions
-from rtec.machine._tape_kernels import has_room, keep_board, keep_box
+from rtec.machine._recorder_kernels import has_room, keep_board, keep_box
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 

@@ -26,8 +26,8 @@ from rtec.controller._kernels import receiver_settle
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
 from rtec.machine._box_kernels import box_obey, box_reading, box_zero
 from rtec.machine._fault_kernels import note_effects
-from rtec.machine._kept_kernels import put_aside
 from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, fault_at_axis, stand_at_home
+from rtec.machine._recorder_kernels import put_aside
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.requester._box_node_kernels import box_receive, box_start
@@ -155,7 +155,9 @@ def acceleration_of_tick(st: Record, moves: Any, plant: Any, place: int) -> floa
 
 @written_out
 def box_of(boxes: Any, i: int) -> Any:
-    """Return the box of an axis out of those that lie side by side."""
+    """Return the box of an axis out of those that lie side by side; None where there are none."""
+    if boxes is None:
+        return None
     parts, run = boxes
     boards, cpu, mem, h, log, queue, rests, snapshots = parts
     execute, words, code = cpu
@@ -221,36 +223,24 @@ def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
     """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``; there the box takes a reading, or not."""
     stations, moves, plant = axes
     targets, speeds, rests, lengths = moves
-    own = targets[i], speeds[i], rests[i], lengths[i]
-    if boxes is None:
-        advance_box(stations[i], None, until_ps, own, plant, i)
-        if reads:
-            turn_box(stations[i], None, until_ps)
-    else:
-        box = box_of(boxes, i)
-        advance_box(stations[i], box, until_ps, own, plant, i)
-        if reads:
-            turn_box(stations[i], box, until_ps)
+    box = box_of(boxes, i)
+    advance_box(stations[i], box, until_ps, (targets[i], speeds[i], rests[i], lengths[i]), plant, i)
+    if reads:
+        turn_box(stations[i], box, until_ps)
 
 
 @kernel
 def change_fault(axes: Any, boxes: Any, i: int, f: Record, t_ps: int, begins: bool) -> None:
     """Let the fault that ``f`` tells begin or end at axis ``i``, which has been run up to ``t_ps``."""
     stations, _, _ = axes
-    if boxes is None:
-        fault_at_axis(stations[i], None, f, t_ps, begins)
-    else:
-        fault_at_axis(stations[i], box_of(boxes, i), f, t_ps, begins)
+    fault_at_axis(stations[i], box_of(boxes, i), f, t_ps, begins)
 
 
 @kernel
 def settle(axes: Any, boxes: Any, i: int) -> None:
     """Bring everything under way at axis ``i`` to its end."""
     stations, _, _ = axes
-    if boxes is None:
-        settle_lines(stations[i], None)
-    else:
-        settle_lines(stations[i], box_of(boxes, i))
+    settle_lines(stations[i], box_of(boxes, i))
 
 
 @kernel

@@ -17,13 +17,13 @@ from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, check_apart, fault_records
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
-from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
 from rtec.predictors.binding import bound, check_axis
 from rtec.requester import _pc_node_kernels
 from rtec.requester.settings import PcState
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
+from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 

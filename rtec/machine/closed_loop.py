@@ -37,13 +37,13 @@ from rtec.machine.faults import (
 )
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.laser_readings import Laser, MeasuringRun, end_ps
-from rtec.machine.play import check_play
-from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
 from rtec.predictors.binding import bound, bound_curve, rests
+from rtec.predictors.play import check_play
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
+from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000

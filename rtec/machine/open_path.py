@@ -44,7 +44,7 @@ class OpenPath:
         hold latch are those of ``injector``; its times are the firmware's own.
     motion
         In place of a constant speed, with times of its own at which it asks for the corrections
-        (`rtec.machine.set_in_motion`).
+        (`rtec.machine.with_motion`).
 
     Raises
     ------

@@ -21,7 +21,7 @@ from rtec.injector.box import insertions_of
 from rtec.machine import _ahead_kernels, _open_kernels
 from rtec.machine._open_kernels import ASKED, PIECE_AT
 from rtec.machine.open_path import OpenPath, OpenPathResult
-from rtec.machine.tape import NOBODY, Tape, Viewer, WaveFile
+from rtec.machine.tape import NO_SINK, TraceRecorder, TraceSink, WaveFile
 from rtec.signal._kernels import NEVER
 from rtec.units import PS_PER_S
 
@@ -32,7 +32,7 @@ def simulate(
     path: OpenPath,
     *,
     vcd: Path | None = None,
-    seen: Viewer | None = None,
+    seen: TraceSink | None = None,
     progress: Callable[[float], None] | None = None,
     in_blocks: bool = True,
 ) -> OpenPathResult:
@@ -45,7 +45,7 @@ def simulate(
     vcd
         Waveform file to write both sides of the box to.
     seen
-        An observer of the box, such as a `rtec.machine.stretch.Stretch` for a picture.
+        An observer of the box, such as a `rtec.injector.insertion_capture.InsertionCapture` for a picture.
     progress
         Called with the share done, now and then.
     in_blocks
@@ -69,8 +69,8 @@ def simulate(
     initial = path.encoder.level_at_home, int(state.receiver.raw)
     with ExitStack() as stack:
         file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
-        viewers = [viewer for viewer in (file, seen) if viewer is not None]
-        tape = Tape(viewers, initial) if viewers else None
+        sinks = [sink for sink in (file, seen) if sink is not None]
+        tape = TraceRecorder(sinks, initial) if sinks else None
         arrays = None if tape is None else tape.arrays
         moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
         wall_s = _run(state, moves, box, tape, progress)
@@ -78,7 +78,7 @@ def simulate(
         settle_ps = path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
         end_ps = moves.finish(state, settle_ps, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool(state.injector)
+            tape.flush(state.injector)
         if file is not None:
             file.finish(int(end_ps))
     return _result(path, state, board, end_ps, wall_s)
@@ -110,7 +110,7 @@ def stop(state: Record, settle_ps: int, box: Any, tape: Any, motion: Any = None,
 
 def _tape_beside(box: Any, tape: Any) -> Any:
     """Return the tape: beside a processor in any case, so that it is compiled into the path once."""
-    return tape if box is None else tape or NOBODY
+    return tape if box is None else tape or NO_SINK
 
 
 class MotionRun:
@@ -132,13 +132,13 @@ class MotionRun:
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         """Pass at most so many edges; return the share of the time that is over, 1 at the end."""
         segments = self.motion.segments
-        _open_kernels.run(state, self._parts, edges, box, tape or NOBODY)
+        _open_kernels.run(state, self._parts, edges, box, tape or NO_SINK)
         over = self._at[PIECE_AT] == segments.start_ps.size
         return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
         """Let the box insert the pending steps at rest; return when all is settled."""
-        return stop(state, settle_ps, box, tape or NOBODY, self._parts, self.motion.total_ps)
+        return stop(state, settle_ps, box, tape or NO_SINK, self._parts, self.motion.total_ps)
 
 
 class _Steady:
@@ -163,7 +163,7 @@ def _run(
     state: Record,
     moves: _Steady | MotionRun,
     box: Any,
-    tape: Tape | None,
+    tape: TraceRecorder | None,
     progress: Callable[[float], None] | None,
 ) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
@@ -172,7 +172,7 @@ def _run(
     while done < 1.0:
         done = moves.run(state, _CHUNK_EDGES, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool(state.injector, moves.requests_left)
+            tape.flush(state.injector, moves.requests_left)
         if progress is not None:
             progress(done)
     return time.perf_counter() - begun

@@ -14,9 +14,9 @@ from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
-from rtec.machine.refused_frames import TAKEN, refusals, why_refused
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
+from rtec.requester.refused_frames import TAKEN, refusals, why_refused
 from rtec.requester.status import BoxState
 from rtec.signal import NEVER
 from rtec.units import PS_PER_MS
@@ -213,12 +213,8 @@ class Station:
         """Return the changes of the lines up to and a few after the last insertion; none before the first."""
         state = self._state
         number = int(_station_kernels.show_insertion(state))
-        return tuple(
-            LineChange(
-                time_ps=int(state.aside_ps[k]), lines=int(state.aside_in[k]), lines_out=int(state.aside_out[k])
-            )
-            for k in range(number)
-        )
+        rows = state.aside_rows[:number].tolist()
+        return tuple(LineChange(time_ps=t_ps, lines=lines, lines_out=out) for t_ps, lines, out in rows)
 
     def settle(self) -> None:
         """Let what is under way come to its end, so that the counts can be compared."""

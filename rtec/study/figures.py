@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from rtec.board import Board, Microcontroller
 from rtec.injector import Design, Injector, RealEdges
-from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
+from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
 from rtec.machine.laser_readings import HOME_DWELL_S, end_ps
 from rtec.predictors import NoError, Predictor, growth
+from rtec.requester.thermometers import Thermometer
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 from rtec.study.results import FeedCurve, HoldCurve, Limit, Waveform
