@@ -15,7 +15,7 @@ from rtec.controller._kernels import receiver_index, receiver_settle
 from rtec.link._bus_kernels import NO_FAULT
 from rtec.machine._box_kernels import box_finish, box_output, box_stop
 from rtec.machine._laser_kernels import follow_play
-from rtec.machine._line_kernels import run_box, take_lines
+from rtec.machine._line_kernels import retake_lines, run_box, take_lines
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -55,7 +55,7 @@ def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
         begun = run_box(m, box, min(t_ps, last_ps))
         if t_ps > last_ps:
             if begun:
-                take_lines(m, box, last_ps)
+                retake_lines(m, box, last_ps)
             else:
                 box_output(m, box, last_ps)
             return edge_ps == NEVER and until_ps >= part_end_ps

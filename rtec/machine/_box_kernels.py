@@ -79,7 +79,7 @@ def box_advance(st: Record, box: Any, t_ps: int) -> bool:
     return bool(run(st, parts, t_ps))
 
 
-@step
+@helper
 def advance_injector(st: Record, t_ps: int) -> bool:
     """Carry out the injector's own events up to ``t_ps``, as :func:`box_advance`."""
     s = st.injector

@@ -141,9 +141,15 @@ def run_box(st: Record, box: Any, t_ps: int) -> bool:
         trigger_pending(st, box, st.event_ps)
         begun = st.event_ps == t_ps
         if not begun:
-            box_finish(st, box, st.event_ps)
-            take_lines(st, box, st.event_ps)
+            retake_lines(st, box, st.event_ps)
     return begun
+
+
+@helper
+def retake_lines(st: Record, box: Any, t_ps: int) -> None:
+    """Send what the cable says after a fault has begun or ended through the box to the controller."""
+    box_finish(st, box, t_ps)
+    take_lines(st, box, t_ps)
 
 
 @helper
@@ -154,8 +160,7 @@ def inject_or_clear(st: Record, box: Any, t_ps: int, f: Record, begins: bool) ->
     else:
         end_at_axis(st, box, t_ps, f)
     if f.kind == CABLE:
-        box_finish(st, box, t_ps)
-        take_lines(st, box, t_ps)
+        retake_lines(st, box, t_ps)
     else:
         box_output(st, box, t_ps)
 

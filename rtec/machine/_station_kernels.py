@@ -155,26 +155,11 @@ def acceleration_of_tick(st: Record, moves: Any, plant: Any, place: int) -> floa
 
 @written_out
 def box_of(boxes: Any, i: int) -> Any:
-    """Return the box of an axis out of those that lie side by side; None where there are none."""
-    if boxes is None:
-        return None
+    """Return the box of an axis out of those that lie side by side."""
     parts, run = boxes
     boards, cpu, mem, h, log, queue, rests, snapshots = parts
     execute, words, code = cpu
     return (boards[i], (execute, words[i], code[i]), mem[i], h[i], log[i], queue, rests[i], snapshots[i]), run
-
-
-@step
-def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int) -> None:
-    """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``."""
-    while True:
-        if st.tick_open == 0:
-            if st.servo.now_ps >= until_ps:
-                return
-            open_tick(st, acceleration_of_tick(st, moves, plant, place), None)
-        run_tick(st, box, until_ps, None)
-        if st.tick_open == 1:
-            return
 
 
 @step
@@ -218,29 +203,49 @@ def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     st.arrived_ps = NEVER
 
 
+@step
+def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int, reads: bool) -> None:
+    """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``; there it reads, or not."""
+    while st.tick_open == 1 or st.servo.now_ps < until_ps:
+        if st.tick_open == 0:
+            open_tick(st, acceleration_of_tick(st, moves, plant, place), None)
+        run_tick(st, box, until_ps, None)
+        if st.tick_open == 1:
+            break
+    if reads:
+        turn_box(st, box, until_ps)
+
+
 @kernel
 def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
     """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``; there the box takes a reading, or not."""
     stations, moves, plant = axes
     targets, speeds, rests, lengths = moves
-    box = box_of(boxes, i)
-    advance_box(stations[i], box, until_ps, (targets[i], speeds[i], rests[i], lengths[i]), plant, i)
-    if reads:
-        turn_box(stations[i], box, until_ps)
+    own = targets[i], speeds[i], rests[i], lengths[i]
+    if boxes is None:
+        advance_box(stations[i], None, until_ps, own, plant, i, reads)
+    else:
+        advance_box(stations[i], box_of(boxes, i), until_ps, own, plant, i, reads)
 
 
 @kernel
 def change_fault(axes: Any, boxes: Any, i: int, f: Record, t_ps: int, begins: bool) -> None:
     """Let the fault that ``f`` tells begin or end at axis ``i``, which has been run up to ``t_ps``."""
     stations, _, _ = axes
-    fault_at_axis(stations[i], box_of(boxes, i), f, t_ps, begins)
+    if boxes is None:
+        fault_at_axis(stations[i], None, f, t_ps, begins)
+    else:
+        fault_at_axis(stations[i], box_of(boxes, i), f, t_ps, begins)
 
 
 @kernel
 def settle(axes: Any, boxes: Any, i: int) -> None:
     """Bring everything under way at axis ``i`` to its end."""
     stations, _, _ = axes
-    settle_lines(stations[i], box_of(boxes, i))
+    if boxes is None:
+        settle_lines(stations[i], None)
+    else:
+        settle_lines(stations[i], box_of(boxes, i))
 
 
 @kernel
