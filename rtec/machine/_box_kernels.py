@@ -32,11 +32,13 @@ from rtec.machine._firmware_kernels import (
     skip_rounds,
     stop_firmware,
     turn_firmware,
+    words_valid,
     zero_firmware,
 )
 from rtec.machine._recorder_kernels import keep, keep_own
 from rtec.requester._box_kernels import RUNNING, box_trip
 from rtec.requester._box_turn_kernels import box_sample
+from rtec.signal._kernels import NEVER
 
 
 @helper
@@ -172,6 +174,27 @@ def box_obey(st: Record, box: Any, t_ps: int) -> None:
         running = b.state == RUNNING
         allowed = running and b.switch_on == 1 and b.probing == 0
         instruct(st, t_ps, allowed, b.accepted if running else st.injector.requested)
+
+
+@step
+def box_turn(st: Record, box: Any) -> int:
+    """Return when a box that is modelled next reads the PC's words; a running firmware takes its own turns."""
+    return int(st.node.box.next_ps) if box is None else NEVER
+
+
+@step
+def box_valid(st: Record, box: Any, t_ps: int) -> bool:
+    """Return whether the PC may read the box's words at ``t_ps``, once switch and probe are as they are now."""
+    if box is None:
+        return bool(st.powered == 1)
+    set_inputs(st, box[0], t_ps)
+    return words_valid(box[0])
+
+
+@step
+def box_idle(st: Record, box: Any) -> bool:
+    """Return whether the box has nothing under way; of a firmware its words say so."""
+    return True if box is not None else bool(st.injector.next_ps == NEVER)
 
 
 @step

@@ -16,12 +16,11 @@ from rtec._jit import Record, helper, kernel, step
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
-from rtec.machine._box_kernels import box_skips, instruct
+from rtec.machine._box_kernels import box_skips, box_turn, box_valid, instruct
 from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, comes_due, next_of_faults, note_effects
-from rtec.machine._firmware_kernels import set_inputs, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
 from rtec.machine._line_kernels import AXIS, fault_at_axis, stand_at_home
-from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
+from rtec.machine._rest_kernels import box_rests, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.predictors._kernels import predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
@@ -65,11 +64,7 @@ def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
         pc_start(m.pc, m.node.down, t_ps)  # an axis that stands elsewhere must not be taken as homed
-    valid = m.powered == 1
-    if box is not None:
-        set_inputs(m, box[0], t_ps)
-        valid = words_valid(box[0])
-    if not valid:
+    if not box_valid(m, box, t_ps):
         schedule_reading(m.pc, t_ps, False)
         return
     deliver(m.node.up, t_ps)
@@ -82,12 +77,10 @@ def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
 
 @step
 def next_turn(m: Record, box: Any) -> int:
-    """Return when box or PC takes its next turn; a running firmware takes its own."""
+    """Return when box or PC takes its next turn, or a fault begins or ends."""
     if m.correcting == 0:
         return int(m.fault_ps)
-    if box is not None:
-        return min(m.pc.next_ps, m.fault_ps)
-    return min(min(m.node.box.next_ps, m.pc.next_ps), m.fault_ps)
+    return min(min(box_turn(m, box), m.pc.next_ps), m.fault_ps)
 
 
 @helper
@@ -114,7 +107,7 @@ def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.voi
     m.event_ps = max(t_ps, m.event_ps)
     if m.fault_ps == t_ps:
         change_faults(m, box, faults, t_ps)
-    elif box is None and m.node.box.next_ps == t_ps:
+    elif box_turn(m, box) == t_ps:
         box_cycle(m, t_ps)
     else:
         pc_cycle(m, box, t_ps, model)
@@ -158,10 +151,7 @@ def pass_ticks(m: Record, box: Any, ticks: int) -> None:
     servo.now_ps += ticks * servo.period_ps
     servo.skipped += ticks
     servo.ticks += ticks
-    if box is None:
-        carry_to(m, servo.now_ps)
-    else:
-        carry_pc_to(m, servo.now_ps)
+    carry_to(m, box, servo.now_ps)
 
 
 @kernel
