@@ -36,7 +36,7 @@ from rtec.machine.faults import (
     probing_records,
 )
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.machine.laser_readings import Laser, MeasuringRun, end_ps
+from rtec.machine.laser_readings import Laser, MeasuringRun
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
 from rtec.predictors.binding import bound, bound_curve, rests
@@ -295,7 +295,7 @@ def run_machine(
         reset_receiver(state.receiver, firmware.board.state.ab_out)
         state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
     state.skipping = int(skip_rest)
-    total_ps = end_ps(motion)
+    total_ps = motion.total_ps or PS_PER_S
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every)

@@ -198,11 +198,14 @@ class Station:
 
     def change(self, record: Record, *, begins: bool) -> None:
         """Let the fault that a kernel's record tells begin or end; the record then tells how often it took effect."""
+        record.kept, record.ended = 1, int(not begins)
         self._axes.change_fault(0, record, self._now_ps, begins=begins)
 
     def effects(self, record: Record) -> int:
-        """Return how often a fault that lasts has taken effect so far."""
-        return int(_station_kernels.effects(self._state, record, self._now_ps))
+        """Return how often the fault that a kernel's record tells has taken effect so far."""
+        if record.kept and not record.ended:
+            return int(_station_kernels.effects(self._state, record, self._now_ps))
+        return int(record.fired)
 
     def keep_insertions(self) -> None:
         """Keep the changes of the lines around each insertion from now on, for :meth:`last_insertion`."""
