@@ -12,9 +12,10 @@ from figures import Bar, Figure, Setting, Spread, number
 from open_path_job import WrongResultError
 
 from rtec._jit import new_record
+from rtec.axis.command import Move
 from rtec.link import _bus_kernels
 from rtec.machine.cell import Cell
-from rtec.machine.station import Move, StationSettings
+from rtec.machine.station import StationSettings
 from rtec.predictors import NoError
 from rtec.requester import _box_node_kernels, _pc_node_kernels
 from rtec.requester.settings import HandshakeSettings

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 from volume import Volume
 
+from rtec.axis.command import Move
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.machine.cell import AxisOutcome, Cell
-from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
 from rtec.metrology import Column, Measurement
 from rtec.predictors import Model, NoError
@@ -141,7 +141,7 @@ def measure_grid(
     step = np.diff(path, axis=0)
     # a place that is visited twice in a row is one stop: a line without length has no shares for the axes to be at
     new = np.append(True, step.any(axis=1))
-    lines = [Line(targets_mm=tuple(stop), speed_mm_s=feed_mm_s, rest_s=rest_s) for stop in path[new].tolist()]
+    lines = [Move(target_mm=tuple(stop), speed_mm_s=feed_mm_s, rest_s=rest_s) for stop in path[new].tolist()]
     cell = Cell(stations, lines, NoError() if predictor is None else predictor)
     seen = _seen_at_stops(cell, len(lines), progress)
     stop = np.cumsum(new)[1:] - 1

@@ -21,7 +21,7 @@ def shift_lines(e: Record, shifts_ps: NDArray[np.int64]) -> None:
 
 
 @step
-def cross_ahead(e: Record, n: int, shifts_ps: NDArray[np.int64], times_ps: NDArray[np.int64]) -> int:
+def edge_block(e: Record, n: int, shifts_ps: NDArray[np.int64], times_ps: NDArray[np.int64]) -> int:
     """Cross the next ``n`` lines, at most AHEAD, as `steady_crossing` and `emit` do one by one.
 
     Writes the times of the edges; returns the least time between two of them, the one before the first included.

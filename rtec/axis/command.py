@@ -1,88 +1,130 @@
-"""What an axis is told, over time, as pieces of constant jerk: moves planned, and positions sampled, on one clock."""
+"""What axes are told to do: moves of each on its own, or lines that all of them follow together."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from rtec.axis.profile import MotionSegments
+from rtec.checks import number_within
 from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
 
-FloatArray = npt.NDArray[np.float64]
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Move:
+    """A way to a position, and a rest there: of one axis, or of all axes of a cell together on a straight line.
 
-def cubics(values: FloatArray, period_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return slope, second and third derivative at the start of each cubic through values, shape (samples - 1,).
-
-    Two cubics have the central difference as the slope of the place where they meet.
-    """
-    slopes = np.gradient(values, period_s)
-    rise = np.diff(values) / period_s
-    second = (6.0 * rise - 4.0 * slopes[:-1] - 2.0 * slopes[1:]) / period_s
-    third = 6.0 * (slopes[:-1] + slopes[1:] - 2.0 * rise) / period_s**2
-    return slopes[:-1], second, third
-
-
-def sampled_command(position_mm: npt.ArrayLike, period_s: float) -> MotionSegments:
-    """Return the motion through positions that an interpolator hands out, by cubics.
+    On a line (G01 with several words) all axes are at the same share of it at every time: where one is held, all come
+    to rest on it.
 
     Parameters
     ----------
-    position_mm
-        Shape (samples,), two or more; the axis rests after the last.
-    period_s
-        Between two of them, a whole number of picoseconds.
+    target_mm
+        Position from home; of each axis, where they go together.
+    speed_mm_s
+        Feed, along the line.
+    rest_s
+        How long it rests there.
 
     Raises
     ------
     ArgumentError
-        Fewer positions, or no such period.
+        A value outside its range.
 
     Examples
     --------
-    >>> motion = sampled_command([0.0, 0.1, 0.3, 0.5], 1e-3)
-    >>> motion.position_at([1_000_000_000, 3_000_000_000]).round(9).tolist()
-    [0.1, 0.5]
+    >>> Move(target_mm=(30.0, 40.0), speed_mm_s=10.0).target_mm
+    (30.0, 40.0)
     """
-    values = np.asarray(position_mm, dtype=np.float64)
-    if values.ndim != 1 or values.size < 2:
-        raise ArgumentError("position_mm", f"shape {values.shape}", "two positions or more")
-    period_ps = round(period_s * PS_PER_S)
-    if period_ps < 1 or abs(period_s * PS_PER_S - period_ps) > 1e-3:
-        raise ArgumentError("period_s", f"{period_s:g} s", "a whole number of picoseconds")
-    slope, second, third = cubics(values, period_s)
-    pieces = values.size - 1
-    return MotionSegments(
-        start_ps=np.arange(pieces, dtype=np.int64) * period_ps,
-        duration_ps=np.full(pieces, period_ps, dtype=np.int64),
-        x0_mm=values[:-1].copy(),
-        v0_mm_s=slope,
-        a0_mm_s2=second,
-        j0_mm_s3=third,
-        block=np.zeros(pieces, dtype=np.int64),
-        block_end_ps=np.array([pieces * period_ps], dtype=np.int64),
-        end_mm=float(values[-1]),
-    )
+
+    target_mm: float | tuple[float, ...]
+    speed_mm_s: float
+    rest_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.target_mm, Iterable):
+            object.__setattr__(self, "target_mm", tuple(self.target_mm))
+        for target in self.targets_mm:
+            number_within("target_mm", target, -1e6, 1e6, unit="mm")
+        number_within("speed_mm_s", self.speed_mm_s, 1e-6, 1e4, unit="mm/s")
+        number_within("rest_s", self.rest_s, 0.0, 1e6, unit="s")
+
+    @property
+    def targets_mm(self) -> tuple[float, ...]:
+        """Return the position of each axis that moves."""
+        return self.target_mm if isinstance(self.target_mm, tuple) else (self.target_mm,)
 
 
-def one_after_another(first: MotionSegments, then: MotionSegments) -> MotionSegments:
-    """Return a motion that goes on with another where it ends.
+Moves = Sequence[Sequence[Move]] | Sequence[Move]
+"""What each axis does, or what all do together."""
+
+
+def lines_of(moves: Moves) -> list[Move]:
+    """Return the lines that all axes follow together; none where each has moves of its own.
 
     Raises
     ------
     ArgumentError
-        The other begins elsewhere.
+        Lines and other things.
     """
-    if then.x0_mm.size and abs(first.end_mm - then.x0_mm[0]) > 1e-9:
-        raise ArgumentError("then", f"begins at {then.x0_mm[0]:.9g} mm", f"a motion from {first.end_mm:.9g} mm on")
-    begin_ps, blocks = first.total_ps, first.block_end_ps.size
-    moved = {"start_ps": begin_ps, "block": blocks, "block_end_ps": begin_ps}
-    arrays = {
-        item.name: np.concatenate([getattr(first, item.name), getattr(then, item.name) + moved.get(item.name, 0)])
-        for item in fields(MotionSegments)
-        if item.name != "end_mm"
-    }
-    return MotionSegments(**arrays, end_mm=then.end_mm)
+    lines = [move for move in moves if isinstance(move, Move)]
+    if lines and len(lines) < len(moves):
+        raise ArgumentError("moves", "lines and other moves", "lines alone, or moves of each axis")
+    return lines
+
+
+def move_arrays(moves: Moves, counts_mm: Sequence[float]) -> tuple[Any, ...]:
+    """Return targets in counts, speeds, rests in ps and lengths of lines in mm, each of shape (axes, moves).
+
+    Speeds of moves are in counts/s, those along lines in mm/s. ``counts_mm`` is the count of each axis. After a
+    program shorter than the longest an axis stays.
+
+    Raises
+    ------
+    ArgumentError
+        A line with another number of axes.
+    """
+    lines = lines_of(moves)
+    if lines:
+        return _line_arrays(lines, counts_mm)
+    programs = [program for program in moves if not isinstance(program, Move)]
+    longest = max(len(program) for program in programs)
+    rows = []
+    for program, count_mm in zip(programs, counts_mm, strict=True):
+        _check_axes(program, 1)
+        stay = [replace(last, rest_s=0.0) for last in program[-1:]]
+        padded = [*program, *stay * (longest - len(program))]
+        rows.append([_in_counts(move, count_mm) for move in padded])
+    shape = len(rows), longest
+    targets, speeds, rests = (np.array([[move[k] for move in row] for row in rows]).reshape(shape) for k in range(3))
+    return targets.astype(np.float64), speeds.astype(np.float64), rests.astype(np.int64), np.zeros(shape)
+
+
+def _line_arrays(lines: Sequence[Move], counts_mm: Sequence[float]) -> tuple[Any, ...]:
+    axes = len(counts_mm)
+    _check_axes(lines, axes)
+    places = [(0.0,) * axes, *(line.targets_mm for line in lines)]
+    lengths = [math.dist(before, after) for before, after in pairwise(places)]
+    targets = np.array([line.targets_mm for line in lines]).T / np.array(counts_mm)[:, np.newaxis]
+
+    def of_all(values: Sequence[float], dtype: type) -> Any:
+        return np.tile(np.array(values, dtype=dtype), (axes, 1))
+
+    rests = [round(line.rest_s * PS_PER_S) for line in lines]
+    speeds = of_all([line.speed_mm_s for line in lines], np.float64)
+    return np.ascontiguousarray(targets), speeds, of_all(rests, np.int64), of_all(lengths, np.float64)
+
+
+def _check_axes(moves: Sequence[Move], axes: int) -> None:
+    for move in moves:
+        if len(move.targets_mm) != axes:
+            raise ArgumentError("target_mm", f"{len(move.targets_mm)} axes", f"{axes}")
+
+
+def _in_counts(move: Move, count_mm: float) -> tuple[float, float, int]:
+    return move.targets_mm[0] / count_mm, move.speed_mm_s / count_mm, round(move.rest_s * PS_PER_S)

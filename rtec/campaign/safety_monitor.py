@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from rtec._jit import prepared
+from rtec.axis.command import Move
 from rtec.campaign import safety_kernels as kernels
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
-from rtec.machine.station import Alarm, Move, StationSettings
+from rtec.machine.station import Alarm, StationSettings
 from rtec.predictors import BidirectionalTable, Model, Predictor
 from rtec.predictors.binding import bound_curve
 from rtec.requester.settings import PcState

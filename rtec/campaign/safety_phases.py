@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.axis.command import Move
 from rtec.campaign.safety_monitor import SLICE_PS, MonitoredCell, sinusoidal_table, station_settings
 from rtec.errors import unknown
 from rtec.injector import Design
 from rtec.machine.faults import Fault
-from rtec.machine.station import Move
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtec.axis.command import Move
 from rtec.campaign.safety_phases import Order, Orders
-from rtec.machine.station import Move
 from rtec.units import PS_PER_S
 
 _FEEDS_MM_S = (0.5, 5.0)

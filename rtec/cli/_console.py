@@ -16,7 +16,6 @@ LONG = {
     "rtec.machine._cell_kernels.run": ("the machine on its bus", 5),
     "rtec.machine._ahead_kernels.run_ahead": ("the signal path", 3),
     "rtec.machine._open_kernels.run": ("the signal path, edge by edge", 3),
-    "rtec.machine._motion_kernels.run_pieces": ("the signal path of a motion", 4),
     "rtec.machine._firmware_kernels.run_firmware": ("the box with its firmware", 4),
 }
 """Kernels that take seconds to compile: what they are to a user, and how long it takes on a usual machine."""

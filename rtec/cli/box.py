@@ -19,12 +19,13 @@ from rtec.cli._verb import said
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
+    from rtec.axis.command import Move
     from rtec.injector import Design
     from rtec.live.box_loop import BoxLoop
     from rtec.live.events import Events
     from rtec.live.screen import Screen
     from rtec.live.typed import TypedLines
-    from rtec.machine.station import Move, Station, StationSettings
+    from rtec.machine.station import Station, StationSettings
     from rtec.requester.settings import HandshakeSettings
     from rtec.requester.supervision import SupervisionLimits
 

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from rtec.axis import Encoder, Program
     from rtec.controller import IllegalPolicy, Multiplication
     from rtec.injector import Design, InjectorSettings, RealEdges
+    from rtec.injector.insertion_capture import InsertionCapture
     from rtec.machine import OpenPath
-    from rtec.machine.stretch import Stretch
 
 
 LARGE_BYTES = 10**9
@@ -182,7 +182,7 @@ class Seen(OptionGroup):
     vcd: Path | None = written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")
     force: bool = force("Overwrite files; write a VCD above 1 GB.")
 
-    def check(self, path: OpenPath) -> Stretch | None:
+    def check(self, path: OpenPath) -> InsertionCapture | None:
         """Ask about what is large; return what looks for an insertion, if one is to be drawn.
 
         Raises
@@ -190,19 +190,19 @@ class Seen(OptionGroup):
         OutputError
             A large file that nobody has agreed to.
         """
-        from rtec.machine.stretch import Stretch
+        from rtec.injector.insertion_capture import InsertionCapture
 
         if self.vcd is not None and not self.force and (self.vcd.is_file() or not self.vcd.exists()):
             _agree_to_size(self.vcd, path)  # a pipe fills no disk
-        return None if self.figure is None else Stretch(self.figure_state)
+        return None if self.figure is None else InsertionCapture(self.figure_state)
 
-    def written(self, path: OpenPath, stretch: Stretch | None) -> dict[str, str | None]:
+    def written(self, path: OpenPath, capture: InsertionCapture | None) -> dict[str, str | None]:
         """Draw the figure; return the files by their names, None for one that there is nothing to show in."""
         files: dict[str, str | None] = {} if self.vcd is None else {"vcd": str(self.vcd)}
-        if self.figure is None or stretch is None:
+        if self.figure is None or capture is None:
             return files
-        if stretch.found is None:
-            _console.note(f"{self.figure} not written: {_why_not(stretch, self.figure_state, path)}")
+        if capture.found is None:
+            _console.note(f"{self.figure} not written: {_why_not(capture, self.figure_state, path)}")
             return files | {"figure": None}
         from rtec.readable import hertz_text
         from rtec.report.figures_simulate import insertion_figure
@@ -211,7 +211,7 @@ class Seen(OptionGroup):
         design, processor = path.injector.design, path.microcontroller
         works = "" if processor is None else f", {processor.name}"
         name = f"{design.title}{works}, {hertz_text(path.frequency_hz)}"
-        write_figure(partial(insertion_figure, stretch.found, name, design.step_counts), self.figure)
+        write_figure(partial(insertion_figure, capture.found, name, design.step_counts), self.figure)
         return files | {"figure": str(self.figure)}
 
 
@@ -253,7 +253,7 @@ def simulate(
     """
     from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
     from rtec.controller import ReceiverSettings
-    from rtec.machine import OpenPath, set_in_motion
+    from rtec.machine import OpenPath, with_motion
 
     if motion.kind is MotionKind.STEADY and acceleration_hz_s != ACCELERATION_HZ_S:
         raise apart("--acceleration", "--motion steady")
@@ -267,7 +267,7 @@ def simulate(
         direction=direction,
         microcontroller=timing.microcontroller,
     )
-    whole_path = set_in_motion(
+    whole_path = with_motion(
         path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=seed
     )
     if seen.figure_state is not None and seen.figure is None:
@@ -293,10 +293,10 @@ def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
     from rtec.machine import simulate as run
     from rtec.report.terminal_simulate import show
 
-    stretch = seen.check(path)
+    capture = seen.check(path)
     with _console.progress(f"design {path.injector.design.key}") as progress:
-        result = run(path, vcd=seen.vcd, seen=stretch, progress=progress)
-    written = seen.written(path, stretch)
+        result = run(path, vcd=seen.vcd, seen=capture, progress=progress)
+    written = seen.written(path, capture)
     if as_json:
         _console.print_json(result.to_dict() | {"seed": path.encoder.seed} | written)
     else:
@@ -323,9 +323,9 @@ def _agree_to_size(vcd: Path, path: OpenPath) -> None:
     raise OutputError(f"--vcd: {what}; write it with --force, or take fewer --cycles")
 
 
-def _why_not(stretch: Stretch, state: int | None, path: OpenPath) -> str:
+def _why_not(capture: InsertionCapture, state: int | None, path: OpenPath) -> str:
     """Return why there is no insertion to be drawn."""
-    seen = {number: times for number, times in stretch.seen_in.items() if times}
+    seen = {number: times for number, times in capture.seen_in.items() if times}
     if not seen or state is None:
         return "the box has inserted nothing"
     begun = ", ".join(f"{LEVELS[number - 1]} ({times} times)" for number, times in seen.items())

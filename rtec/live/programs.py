@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rtec.axis.command import Move
 from rtec.io import read_text
-from rtec.machine.station import Move
 from rtec.metrology import Dwell, Move as Feed, parse_program
 
 SHUTTLE_MM, SHUTTLE_MM_S, SHUTTLE_REST_S = 100.0, 10.0, 1.0

@@ -13,11 +13,10 @@ if TYPE_CHECKING:
         readings_of,
         run_machine,
     )
-    from rtec.machine.in_motion import set_in_motion
+    from rtec.machine.in_motion import with_motion
     from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, straight_pass
     from rtec.machine.open_path import OpenPath, OpenPathResult
     from rtec.machine.open_run import simulate
-    from rtec.machine.thermometers import Thermometer
 
 __all__ = [
     "TRACE_COLUMNS",
@@ -29,16 +28,15 @@ __all__ = [
     "MeasuringRun",
     "OpenPath",
     "OpenPathResult",
-    "Thermometer",
     "measuring_run",
     "readings_of",
     "run_machine",
-    "set_in_motion",
     "simulate",
     "straight_pass",
+    "with_motion",
 ]
 
-_MODULES = ("open_path", "open_run", "in_motion", "laser_readings", "closed_loop", "thermometers")
+_MODULES = ("open_path", "open_run", "in_motion", "laser_readings", "closed_loop")
 """Where a name is looked for when it is asked for: the open path starts without the closed loop."""
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from rtec._jit import Record, array_kernel, step
-from rtec.axis._ahead_kernels import AHEAD, cross_ahead, shift_lines
+from rtec.axis._ahead_kernels import AHEAD, edge_block, shift_lines
 from rtec.injector._insertion_kernels import cancel
 from rtec.injector._kernels import injector_edge
 from rtec.injector._state_kernels import ARMED
 from rtec.machine._open_kernels import ask, run_box_until, see_gates
-from rtec.machine._quiet_kernels import edge_ps, insert_quietly, pass_quietly, passes_on
+from rtec.machine._quiet_kernels import edge_ps, insert_quietly, passes_on, passthrough_block
 from rtec.signal._kernels import level_of_state
 
 
@@ -45,7 +45,7 @@ def run_ahead(m: Record, edges: int) -> None:
     while left > 0:
         state = e.count + e.home
         n = min(left, AHEAD)
-        closest_ps = cross_ahead(e, n, shifts_ps, times_ps)
+        closest_ps = edge_block(e, n, shifts_ps, times_ps)
         i = int(np.int64(0))  # for a literal 0 the compiler would make all that is called with it once more
         while i < n:
             t_ps = edge_ps(times_ps, i)
@@ -60,7 +60,7 @@ def run_ahead(m: Record, edges: int) -> None:
                 cancel(s)  # as it would with the edge: the axis moves
             until = quiet_until(m, t_ps, i, n, state, closest_ps)
             if until > i:
-                pass_quietly(m, times_ps, i, until, state, closest_ps)
+                passthrough_block(m, times_ps, i, until, state, closest_ps)
                 m.due += (until - 1 - i) * m.corrections
                 i = until
             else:

@@ -12,12 +12,10 @@ from typing import Any
 from rtec._jit import Record, helper, step
 from rtec.axis._kernels import emit, glitch_toggle, jitter, next_crossing, set_piece, turning_points
 from rtec.controller._kernels import receiver_index, receiver_settle
-from rtec.injector._kernels import injector_enable
 from rtec.link._bus_kernels import NO_FAULT
-from rtec.machine._fault_kernels import trigger_pending
-from rtec.machine._firmware_kernels import stop_firmware
+from rtec.machine._box_kernels import box_finish, box_output, box_stop
 from rtec.machine._laser_kernels import follow_play
-from rtec.machine._line_kernels import deliver_lines, fire_between_edges, take_lines
+from rtec.machine._line_kernels import retake_lines, run_box, take_lines
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -32,15 +30,6 @@ def next_edge(m: Record) -> int:
     return max(edge_ps, max(e.last_ps + 1, m.event_ps))
 
 
-@step
-def run_box(m: Record, box: Any, t_ps: int) -> None:
-    """Let a running firmware go on to ``t_ps``; a fault that waits for an insertion begins with it."""
-    parts, run = box
-    while run(m, parts, t_ps):
-        trigger_pending(m, box, m.event_ps)
-        take_lines(m, box, m.event_ps)
-
-
 @helper
 def pass_glitch(m: Record, box: Any) -> None:
     """Send an edge of a glitch, the next thing that happens on the lines, through the box."""
@@ -48,17 +37,8 @@ def pass_glitch(m: Record, box: Any) -> None:
     t_ps = max(glitch_toggle(e), e.last_ps + 1)
     e.last_ps = t_ps
     m.event_ps = max(t_ps, m.event_ps)
-    if box is not None:
-        run_box(m, box, t_ps)
+    run_box(m, box, t_ps)
     take_lines(m, box, t_ps)
-
-
-@step
-def next_of_lines(m: Record, box: Any) -> int:
-    """Return when a line changes between two crossings; what a running firmware does is not known beforehand."""
-    if box is not None:
-        return int(m.encoder.glitch_next_ps)
-    return min(m.injector.next_ps, m.encoder.glitch_next_ps)
 
 
 @step
@@ -70,29 +50,26 @@ def run_lines(m: Record, box: Any, until_ps: int, part_end_ps: int) -> bool:
     e = m.encoder
     edge_ps = next_edge(m)
     while True:
-        other_ps = next_of_lines(m, box)
-        t_ps = min(edge_ps, other_ps)
+        t_ps = min(edge_ps, e.glitch_next_ps)
         last_ps = until_ps if edge_ps != NEVER else min(until_ps, part_end_ps - 1)
-        if box is not None:
-            run_box(m, box, min(t_ps, last_ps))
+        begun = run_box(m, box, min(t_ps, last_ps))
         if t_ps > last_ps:
-            if box is not None:
-                deliver_lines(m, box, last_ps)
+            if begun:
+                retake_lines(m, box, last_ps)
+            else:
+                box_output(m, box, last_ps)
             return edge_ps == NEVER and until_ps >= part_end_ps
         m.event_ps = max(t_ps, m.event_ps)
-        if edge_ps <= other_ps:
+        if edge_ps <= e.glitch_next_ps:
             emit(e, m.crossing_ps, m.piece.sign)
             e.last_ps = edge_ps
             take_lines(m, box, edge_ps)
             if e.index_every > 0 and e.count % e.index_every == 0:
                 receiver_index(m.receiver, edge_ps)
             m.crossing_ps = next_crossing(e, m.piece)
-            edge_ps = next_edge(m)
-        elif other_ps == e.glitch_next_ps:
-            pass_glitch(m, box)
-            edge_ps = next_edge(m)  # it comes behind the glitch
         else:
-            fire_between_edges(m)
+            pass_glitch(m, box)  # the edge comes behind it
+        edge_ps = next_edge(m)
 
 
 @step
@@ -150,20 +127,11 @@ def settle_lines(m: Record, box: Any) -> None:
 
     After that the counts can be audited, also of an axis that dithers, or that was stopped in the middle of a run.
     """
-    s, rx = m.injector, m.receiver
+    rx = m.receiver
     m.pending.kind = NO_FAULT
-    t_ps = max(m.servo.now_ps, m.event_ps)
-    if box is not None:
-        stop_firmware(m, box, t_ps)
-        t_ps = m.event_ps
-        deliver_lines(m, box, t_ps)
-    elif s.enabled == 1:
-        injector_enable(s, t_ps, 0)
-    while next_of_lines(m, box) != NEVER:
-        t_ps = next_of_lines(m, box)
-        if m.encoder.glitch_next_ps == t_ps:
-            pass_glitch(m, box)
-            t_ps = m.event_ps
-        else:
-            fire_between_edges(m)
+    t_ps = box_stop(m, box, max(m.servo.now_ps, m.event_ps))
+    while m.encoder.glitch_next_ps != NEVER:
+        pass_glitch(m, box)
+    box_finish(m, box, NEVER - 1)
+    t_ps = max(t_ps, m.event_ps)
     receiver_settle(rx, max(t_ps, rx.last_ps) + rx.sure_ps + 4 * rx.unseen_ps + 1)

@@ -25,13 +25,13 @@ from rtec.machine._fault_kernels import (
     note_effects,
 )
 from rtec.machine._station_kernels import is_held
-from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import AXES
 from rtec.requester._box_kernels import RUNNING
 from rtec.requester._box_node_kernels import box_receive
 from rtec.requester._pc_kernels import HOLD as HOLDING
 from rtec.requester._pc_node_kernels import BUS_OFF, OTHER_AXIS, pc_hold, pc_node_start, pc_receive
 from rtec.requester._pc_turn_kernels import pc_predict, pc_prepare
+from rtec.requester._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.signal._kernels import NEVER
 
 CELL = np.dtype(

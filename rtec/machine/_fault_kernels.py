@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper
-from rtec.injector._kernels import injector_enable, injector_power
 from rtec.link._bus_kernels import CABLE_AFFECTED, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_AFFECTED, fire
-from rtec.machine._firmware_kernels import power_firmware, set_inputs
-from rtec.requester._box_kernels import box_trip
+from rtec.machine._box_kernels import box_power, box_probe, box_switch
 from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start
 from rtec.signal._kernels import NEVER
 
@@ -41,28 +39,8 @@ def behind_cable(st: Record, level: int) -> int:
 
 
 @helper
-def throw_switch(st: Record, box: Any, t_ps: int) -> None:
-    """Disable corrections by the hardware switch."""
-    st.node.box.switch_on = 0
-    if box is None:
-        injector_enable(st.injector, t_ps, 0)
-    else:
-        set_inputs(st, box[0], t_ps)
-
-
-@helper
-def trip_probe(st: Record, box: Any, t_ps: int) -> None:
-    """Let the probe trip."""
-    if box is None:
-        box_trip(st.node.box, st.box_count)
-    else:
-        st.trip_ps = t_ps
-        set_inputs(st, box[0], t_ps)
-
-
-@helper
 def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
-    """Let a fault of an axis begin; ``box`` is None, or that of `rtec.machine._firmware_kernels`."""
+    """Let a fault of an axis begin at its ``box`` (`rtec.machine._box_kernels`)."""
     n = st.node
     kind = f.kind
     if kind == BOX_RESTART or kind == POWER_OFF or kind == PROBE_TRIP:
@@ -74,9 +52,9 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     elif kind == POWER_OFF:
         switch_power(st, box, t_ps, 0)
     elif kind == SWITCH_THROWN:
-        throw_switch(st, box, t_ps)
+        box_switch(st, box, t_ps, 0)
     elif kind == PROBE_TRIP:
-        trip_probe(st, box, t_ps)
+        box_probe(st, box, t_ps)
     elif kind == STALE_WORD or kind == TORN_WORD:
         n.word_kept = st.box_count - n.box.zero
         n.word_fault = WORD_STALE if kind == STALE_WORD else WORD_TORN
@@ -96,9 +74,7 @@ def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
         if st.powered == 0:
             switch_power(st, box, t_ps, 1)
     elif kind == SWITCH_THROWN:
-        st.node.box.switch_on = 1
-        if box is not None:
-            set_inputs(st, box[0], t_ps)
+        box_switch(st, box, t_ps, 1)
     elif kind == STALE_WORD or kind == TORN_WORD:
         st.node.word_fault = WORD_RIGHT
     elif kind == CABLE:
@@ -109,11 +85,8 @@ def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
 
 @helper
 def switch_power(st: Record, box: Any, t_ps: int, on: int) -> None:
-    """Take the power of the box away or give it back; the gates are powered by the controller."""
-    if box is None:
-        injector_power(st.injector, t_ps, on)
-    else:
-        power_firmware(st, box[0], t_ps, on)
+    """Take the power of the box and of its node away, or give it back."""
+    box_power(st, box, t_ps, on)
     st.powered = on
     if on == 1:
         st.starts += 1

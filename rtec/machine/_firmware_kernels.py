@@ -43,7 +43,7 @@ from rtec.controller._kernels import receiver_edge
 from rtec.injector._monitor_kernels import observe
 from rtec.link._bus_kernels import NO_FAULT
 from rtec.link._kernels import deliver, mailbox_reset, post
-from rtec.machine._kept_kernels import keep
+from rtec.machine._recorder_kernels import keep
 from rtec.requester._box_kernels import FATAL, NOT_HOMED, STATUS_NOT_HOMED, take_answer
 from rtec.signal._kernels import NEVER
 
@@ -120,7 +120,7 @@ def look_for_round(rest: Record, mem: Bytes, h: NDArray[np.int64], snapshot: Byt
 
 
 @helper
-def forget_round(box: Any) -> None:
+def reset_idle_loop(box: Any) -> None:
     """Let the search for a round begin anew: something comes in between."""
     _, _, _, _, _, _, rest, _ = box
     rest.state = IDLE
@@ -197,7 +197,7 @@ def run_firmware(m: Record, box: Any, t_ps: int) -> bool:
 def restart_firmware(m: Record, box: Any, t_ps: int) -> None:
     """Let the processor start again, with nothing asked of it and nothing inserted."""
     b, _, mem, h, log, _, _, _ = box
-    forget_round(box)
+    reset_idle_loop(box)
     board_restart(b, mem, h, log, t_ps)
     board_ask(mem, 0, 0)
     m.injector.completed = 0
@@ -211,7 +211,7 @@ def power_firmware(m: Record, box: Any, t_ps: int, on: int) -> None:
     if on == 1:
         restart_firmware(m, box, t_ps)
     else:
-        forget_round(box)
+        reset_idle_loop(box)
         board_lose_power(b, h)
 
 
@@ -226,7 +226,7 @@ def set_inputs(m: Record, box: Any, t_ps: int) -> None:
     enable_n = 0 if m.node.box.switch_on == 1 and m.node.box.state != FATAL else 1
     trip_n = 0 if t_ps - m.trip_ps < TRIP_PS else 1
     if enable_n != b.enable_n or trip_n != b.trip_n:
-        forget_round(box)
+        reset_idle_loop(box)
         board_switch(b, mem, h, log, t_ps, enable_n, trip_n)
 
 
@@ -260,7 +260,7 @@ def zero_firmware(box: Any) -> None:
 def firmware_edge(box: Any, t_ps: int, level: int) -> None:
     """Send a transition, up to which the firmware has run, into the box."""
     b, _, mem, h, log, _, _, _ = box
-    forget_round(box)
+    reset_idle_loop(box)
     board_edge(b, mem, h, log, t_ps, level)
 
 

@@ -77,16 +77,9 @@ def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
 
 
 @step
-def read_laser(
-    m: Record,
-    ticks: int,
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    readings_mm: NDArray[np.float64],
-    error: Any,
-) -> None:
+def read_laser(m: Record, ticks: int, laser: Any, error: Any) -> None:
     """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves."""
+    targets_mm, begins_ps, ends_ps, readings_mm = laser
     r = m.reader
     t_ps = m.servo.now_ps
     if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:

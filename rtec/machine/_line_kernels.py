@@ -4,7 +4,7 @@
 
     encoder -> cable -> box (injector or board, node) -> controller
 
-``box`` is None where the injector models the box, else that of `rtec.machine._firmware_kernels`.
+``box`` is as of `rtec.machine._box_kernels`.
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ import numpy as np
 
 from rtec._jit import Record, helper, step, written_out
 from rtec.axis._kernels import ENCODER, PIECE, encoder_level
-from rtec.controller._kernels import RECEIVER, receiver_edge
-from rtec.injector._kernels import injector_edge, injector_fire
-from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import ARMED, INJECTOR, INSERTING
+from rtec.controller._kernels import RECEIVER
+from rtec.injector._state_kernels import INJECTOR
 from rtec.link._bus_kernels import BEGUN, FAULT, NO_FAULT, fire
+from rtec.machine._box_kernels import box_advance, box_edge, box_finish, box_keep, box_output, stand_still
 from rtec.machine._fault_kernels import (
     CABLE,
     await_insertion,
@@ -30,11 +29,10 @@ from rtec.machine._fault_kernels import (
     note_effects,
     trigger_pending,
 )
-from rtec.machine._firmware_kernels import deliver_board, firmware_edge
-from rtec.machine._kept_kernels import KEPT, keep, keep_own
+from rtec.machine._recorder_kernels import KEPT
 from rtec.machine._servo_kernels import SERVO
 from rtec.requester._box_node_kernels import BOX_NODE
-from rtec.signal._kernels import ILLEGAL, count_delta
+from rtec.signal._kernels import ILLEGAL, NEVER, count_delta
 
 NO_ALARM, FOLLOWING, ILLEGAL_LINES = 0, 1, 2
 """Why the controller has stopped the drive: the axis does not follow, or its input saw an illegal transition."""
@@ -89,15 +87,11 @@ AXIS: list[tuple[object, ...]] = [
     # the last changes of the lines, for pictures of an insertion
     ("keeps", np.int64),  # 1: they are kept
     ("kept", np.int64),  # changes so far
-    ("kept_ps", np.int64, (KEPT,)),
-    ("kept_in", np.int64, (KEPT,)),
-    ("kept_out", np.int64, (KEPT,)),
+    ("kept_rows", np.int64, (KEPT, 3)),  # time, levels at the encoder's side, levels at the controller
     ("seen_inserted", np.int64),
     ("still_to_keep", np.int64),  # changes after an insertion until it is put aside
     ("aside", np.int64),  # changes put aside
-    ("aside_ps", np.int64, (KEPT,)),
-    ("aside_in", np.int64, (KEPT,)),
-    ("aside_out", np.int64, (KEPT,)),
+    ("aside_rows", np.int64, (KEPT, 3)),
     # observations
     ("starts", np.int64),
     ("moves", np.int64),
@@ -108,21 +102,18 @@ AXIS: list[tuple[object, ...]] = [
 STATION = np.dtype(AXIS, align=True)
 
 
-@step
-def deliver_lines(st: Record, box: Any, t_ps: int) -> None:
-    """Let the controller see what the box drives, once all events of this instant are carried out."""
-    if box is not None:
-        deliver_board(st, box[0], t_ps)
-    elif observe(st.injector):
-        receiver_edge(st.receiver, t_ps, st.injector.ab_out)
+@helper
+def stand_at_home(st: Record) -> None:
+    """Let an axis stand at home, its box powered."""
+    st.lines = stand_still(st)
+    st.powered = 1
+    st.trip_ps = -NEVER
+    st.servo.program = 1
 
 
 @step
 def take_lines(st: Record, box: Any, t_ps: int) -> None:
     """Send what the cable says at ``t_ps`` through the box to the controller."""
-    if box is None:
-        while st.injector.next_ps <= t_ps:
-            fire_box(st)
     right = encoder_level(st.encoder)
     level = behind_cable(st, right)
     if level != right:
@@ -134,44 +125,31 @@ def take_lines(st: Record, box: Any, t_ps: int) -> None:
         else:
             st.box_count += delta
         st.lines = level
-        if box is None:
-            injector_edge(st.injector, t_ps, level)
-        else:
-            firmware_edge(box[0], t_ps, level)
-    deliver_lines(st, box, t_ps)
-    if st.keeps == 1:
-        if box is None:
-            keep_own(st, t_ps)
-        else:
-            keep(st, t_ps, False)
+        box_edge(st, box, t_ps, level)
+    box_output(st, box, t_ps)
+    box_keep(st, box, t_ps)
 
 
 @step
-def fire_box(st: Record) -> None:
-    """Carry out the box's own next event; a pending fault is triggered while an insertion is under way."""
-    s = st.injector
-    t_ps = s.next_ps
-    if st.pending.kind != NO_FAULT and s.in_path == 1 and s.phase == ARMED:
-        trigger_pending(st, None, t_ps)  # its insertion is one change: the last moment before it
-        return
-    injector_fire(s)
-    if st.pending.kind != NO_FAULT and s.phase == INSERTING and s.next_ps > t_ps:
-        trigger_pending(st, None, t_ps)
+def run_box(st: Record, box: Any, t_ps: int) -> bool:
+    """Let the box go on to ``t_ps``; a fault that waits for an insertion begins with it.
+
+    Returns whether one has begun at ``t_ps`` itself: then the lines are to be taken there.
+    """
+    begun = False
+    while box_advance(st, box, t_ps):
+        trigger_pending(st, box, st.event_ps)
+        begun = st.event_ps == t_ps
+        if not begun:
+            retake_lines(st, box, st.event_ps)
+    return begun
 
 
-@step
-def fire_between_edges(st: Record) -> None:
-    """Carry out what the box does next; the lines change at once where a fault of the cable is triggered with it."""
-    t_ps = st.injector.next_ps
-    pending = st.pending.kind
-    while st.injector.next_ps <= t_ps:
-        fire_box(st)
-    if st.pending.kind != pending:
-        take_lines(st, None, t_ps)
-    else:
-        deliver_lines(st, None, t_ps)
-        if st.keeps == 1:
-            keep_own(st, t_ps)
+@helper
+def retake_lines(st: Record, box: Any, t_ps: int) -> None:
+    """Send what the cable says after a fault has begun or ended through the box to the controller."""
+    box_finish(st, box, t_ps)
+    take_lines(st, box, t_ps)
 
 
 @helper
@@ -182,9 +160,9 @@ def inject_or_clear(st: Record, box: Any, t_ps: int, f: Record, begins: bool) ->
     else:
         end_at_axis(st, box, t_ps, f)
     if f.kind == CABLE:
-        take_lines(st, box, t_ps)
+        retake_lines(st, box, t_ps)
     else:
-        deliver_lines(st, box, t_ps)
+        box_output(st, box, t_ps)
 
 
 @written_out

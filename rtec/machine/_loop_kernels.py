@@ -13,23 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
-from rtec.axis._kernels import encoder_level, encoder_reset
-from rtec.controller._kernels import receiver_reset
-from rtec.injector._kernels import injector_enable, injector_request, injector_reset
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._box_kernels import box_skips, box_turn, box_valid, instruct
 from rtec.machine._fault_kernels import PC_KILLED, PC_PROBING, comes_due, next_of_faults, note_effects
-from rtec.machine._firmware_kernels import forget_round, set_inputs, skip_rounds, words_valid
 from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, true_mm
-from rtec.machine._line_kernels import AXIS, fault_at_axis
-from rtec.machine._rest_kernels import box_rests, carry_pc_to, carry_to, ticks_at_rest
+from rtec.machine._line_kernels import AXIS, fault_at_axis, stand_at_home
+from rtec.machine._rest_kernels import box_rests, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
-from rtec.machine._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.predictors._kernels import predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
 from rtec.requester._pc_kernels import HOLD, PC, pc_read, pc_request, pc_reset, pc_start, schedule_reading, sense
+from rtec.requester._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -53,29 +50,21 @@ MACHINE = np.dtype(
 
 
 @step
-def converse_box(m: Record, t_ps: int) -> None:
+def box_cycle(m: Record, t_ps: int) -> None:
     """Let the box read the PC's words and pass its request on to the injector."""
     if m.powered == 0:
         m.node.box.next_ps += m.node.box.period_ps
         return
     total = box_tick(m.node.box, m.node.down, m.node.up, t_ps, m.box_count, m.injector.completed)
-    allowed = 1 if m.node.box.switch_on == 1 and m.node.box.probing == 0 else 0
-    if m.injector.enabled != allowed:
-        injector_enable(m.injector, t_ps, allowed)
-    if total != m.injector.requested:
-        injector_request(m.injector, t_ps, total)
+    instruct(m, t_ps, m.node.box.switch_on == 1 and m.node.box.probing == 0, total)
 
 
 @step
-def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
+def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
     """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
         pc_start(m.pc, m.node.down, t_ps)  # an axis that stands elsewhere must not be taken as homed
-    valid = m.powered == 1
-    if box is not None:
-        set_inputs(m, box[0], t_ps)
-        valid = words_valid(box[0])
-    if not valid:
+    if not box_valid(m, box, t_ps):
         schedule_reading(m.pc, t_ps, False)
         return
     deliver(m.node.up, t_ps)
@@ -88,12 +77,10 @@ def converse_pc(m: Record, box: Any, t_ps: int, model: Any) -> None:
 
 @step
 def next_turn(m: Record, box: Any) -> int:
-    """Return when box or PC takes its next turn; a running firmware takes its own."""
+    """Return when box or PC takes its next turn, or a fault begins or ends."""
     if m.correcting == 0:
         return int(m.fault_ps)
-    if box is not None:
-        return min(m.pc.next_ps, m.fault_ps)
-    return min(min(m.node.box.next_ps, m.pc.next_ps), m.fault_ps)
+    return min(min(box_turn(m, box), m.pc.next_ps), m.fault_ps)
 
 
 @helper
@@ -120,37 +107,22 @@ def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.voi
     m.event_ps = max(t_ps, m.event_ps)
     if m.fault_ps == t_ps:
         change_faults(m, box, faults, t_ps)
-    elif box is None and m.node.box.next_ps == t_ps:
-        converse_box(m, t_ps)
+    elif box_turn(m, box) == t_ps:
+        box_cycle(m, t_ps)
     else:
-        converse_pc(m, box, t_ps, model)
+        pc_cycle(m, box, t_ps, model)
 
 
 @kernel
-def start(m: Record, count: int, box_first_ps: int, pc_first_ps: int) -> None:
-    """Stand still at ``count`` at time 0, everything switched on."""
-    encoder_reset(m.encoder, count)
-    level = encoder_level(m.encoder)
-    m.lines = level
-    m.box_count = count
-    m.powered = 1
-    injector_reset(m.injector, level)
-    receiver_reset(m.receiver, level)
+def start(m: Record, box_first_ps: int, pc_first_ps: int) -> None:
+    """Stand still at home at time 0, everything switched on."""
+    stand_at_home(m)
     box_reset(m.node.box, box_first_ps)
     pc_reset(m.pc, pc_first_ps)
     mailbox_reset(m.node.down)
     mailbox_reset(m.node.up)
-    m.servo.x = count
-    m.servo.v = 0.0
-    m.servo.command = count
-    m.servo.moving = 0
-    m.servo.program = 1
     m.reader.begun_ps = NEVER
-    m.reader.next = 0
     m.fault_ps = NEVER
-    m.trip_ps = -NEVER
-    m.play.y_mm = count * m.servo.count_mm
-    m.status = RUNNING
 
 
 @step
@@ -181,71 +153,41 @@ def pass_ticks(m: Record, box: Any, ticks: int) -> None:
     servo.now_ps += ticks * servo.period_ps
     servo.skipped += ticks
     servo.ticks += ticks
-    if box is None:
-        carry_to(m, servo.now_ps)
-    else:
-        carry_pc_to(m, servo.now_ps)
-
-
-@step
-def make_tick(m: Record, box: Any, acceleration: float, error: Any, model: Any, faults: NDArray[np.void]) -> None:
-    """Run one tick of the servo, from one turn of box or PC to the next."""
-    open_tick(m, acceleration, error)
-    while m.tick_open == 1:
-        turn_ps = next_turn(m, box)
-        run_tick(m, box, turn_ps, error)
-        if m.tick_open == 1:
-            take_turn(m, box, turn_ps, model, faults)
+    carry_to(m, box, servo.now_ps)
 
 
 @kernel
 def run(
-    m: Record,
-    until_ps: int,
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    readings_mm: NDArray[np.float64],
-    error: Any,
-    model: Any,
-    own: Any,
-    plant: Any,
-    trace: Any,
-    box: Any,
-    faults: NDArray[np.void],
+    m: Record, until_ps: int, command: Any, laser: Any, models: Any, trace: Any, box: Any, faults: NDArray[np.void]
 ) -> None:
-    """Run the machine up to ``until_ps``; ``motion`` holds x, v, a, j of each segment in counts and seconds.
+    """Run the machine up to ``until_ps``.
 
-    ``error``, ``model`` and ``own`` are the axis' true curve, the PC's model and the controller's own table, as
-    `rtec.predictors.binding` makes them; ``plant`` is what the servo moves (`rtec.axis.plant`). ``trace`` is
-    (array (n, 8 + outputs of the plant), every so many ticks, [rows used]); ``box`` is None, or that of
-    `rtec.machine._firmware_kernels`.
+    ``command`` is start and duration of each segment, and its motion: x, v, a, j in counts and seconds, shape
+    (4, segments); ``laser`` the schedule of readings, as targets, when each begins and ends, and room for them.
+    ``models`` are the axis' true curve, the PC's model and the controller's own table, as `rtec.predictors.binding`
+    makes them, and what the servo moves (`rtec.axis.plant`). ``trace`` is (array (n, 8 + outputs
+    of the plant), every so many ticks, [rows used]); ``box`` as of `rtec.machine._box_kernels`.
     """
+    error, model, own, plant = models
     servo = m.servo
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
-        speed = command_at(servo, servo.now_ps, start_ps, duration_ps, motion)
+        speed = command_at(servo, servo.now_ps, command)
         acceleration = servo_tick(m, speed, own, plant, 0)
         trace_tick(m, trace, error, plant)
         resting = servo.v == 0.0 and acceleration == 0.0
-        ticks = 1
-        if resting:
-            ticks = ticks_at_rest(
-                m, box, targets_mm, begins_ps, ends_ps, start_ps, duration_ps, motion, until_ps, error
-            )
-        if box is not None:
-            if not (resting and box_rests(m, box)):
-                forget_round(box[0])
-            elif ticks > 1 and not skip_rounds(m, box[0], servo.now_ps + ticks * servo.period_ps):
-                ticks = 1
-        read_laser(m, ticks, targets_mm, begins_ps, ends_ps, readings_mm, error)
+        ticks = ticks_at_rest(m, box, laser, command, until_ps, error) if resting else 1
+        ticks = box_skips(m, box, resting and box_rests(m, box), ticks)
+        read_laser(m, ticks, laser, error)
         if ticks > 1:
             pass_ticks(m, box, ticks)
             continue
-        make_tick(m, box, acceleration, error, model, faults)
+        open_tick(m, acceleration, error)
+        while m.tick_open == 1:
+            turn_ps = next_turn(m, box)
+            run_tick(m, box, turn_ps, error)
+            if m.tick_open == 1:
+                take_turn(m, box, turn_ps, model, faults)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return

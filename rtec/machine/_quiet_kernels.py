@@ -107,7 +107,9 @@ def pass_together(m: Record, times_ps: NDArray[np.int64], first: int, stop: int,
 
 
 @helper
-def pass_quietly(m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int, closest_ps: int) -> None:
+def passthrough_block(
+    m: Record, times_ps: NDArray[np.int64], first: int, stop: int, state: int, closest_ps: int
+) -> None:
     """Pass edges from number ``first`` to before ``stop`` through a box that only passes them on.
 
     ``state`` is the encoder's before edge number 0, ``closest_ps`` the least time between two edges.

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rtec._jit import Record, helper, step
 from rtec.link._kernels import SLOTS
+from rtec.machine._box_kernels import box_idle, box_turn
 from rtec.machine._laser_kernels import near_target
 from rtec.requester._box_kernels import RUNNING, box_tick
 from rtec.requester._box_node_kernels import WORD_RIGHT
@@ -19,7 +17,7 @@ from rtec.signal._kernels import NEVER
 @step
 def box_rests(m: Record, box: Any) -> bool:
     """Return whether box and PC have nothing left to do but to repeat themselves."""
-    if box is None and m.injector.next_ps != NEVER:
+    if not box_idle(m, box):
         return False
     if m.correcting == 0:
         return True
@@ -36,19 +34,10 @@ def box_rests(m: Record, box: Any) -> bool:
 
 
 @step
-def ticks_at_rest(
-    m: Record,
-    box: Any,
-    targets_mm: NDArray[np.float64],
-    begins_ps: NDArray[np.int64],
-    ends_ps: NDArray[np.int64],
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-    until_ps: int,
-    error: Any,
-) -> int:
+def ticks_at_rest(m: Record, box: Any, laser: Any, command: Any, until_ps: int, error: Any) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
+    targets_mm, begins_ps, ends_ps, _ = laser
+    start_ps, duration_ps, motion = command
     servo, r = m.servo, m.reader
     i = servo.segment
     if m.skipping == 0 or servo.rigid == 0 or servo.dither != 0.0:
@@ -73,27 +62,20 @@ def ticks_at_rest(
 
 
 @helper
-def carry_pc_to(m: Record, t_ps: int) -> None:
-    """Let the PC look at words that stand, before ``t_ps``."""
-    while m.pc.next_ps < t_ps:
-        schedule_reading(m.pc, m.pc.next_ps, True)
-        m.pc.requests += 1
-
-
-@helper
-def carry_to(m: Record, t_ps: int) -> None:
+def carry_to(m: Record, box: Any, t_ps: int) -> None:
     """Let box and PC repeat themselves before ``t_ps``: the words stand, only when they come has to be known."""
     if m.correcting == 0:
         return
-    box, pc = m.node.box, m.pc
+    b, pc = m.node.box, m.pc
     while pc.next_ps < t_ps:
         look_ps = pc.next_ps
-        since_ps = (look_ps - box.next_ps - m.node.up.latency_ps) % box.period_ps  # the last words have arrived
+        since_ps = (look_ps - b.next_ps - m.node.up.latency_ps) % b.period_ps  # the last words have arrived
         if schedule_reading(pc, look_ps, since_ps >= pc.valid_after_ps):
             pc.requests += 1
-    turns = (t_ps - box.next_ps + box.period_ps - 1) // box.period_ps - SLOTS
-    if turns > 0:
-        box.next_ps += turns * box.period_ps
-        box.readings += turns
-    while box.next_ps < t_ps:
-        box_tick(box, m.node.down, m.node.up, box.next_ps, m.box_count, m.injector.completed)
+    if box_turn(m, box) < t_ps:
+        turns = (t_ps - b.next_ps + b.period_ps - 1) // b.period_ps - SLOTS
+        if turns > 0:
+            b.next_ps += turns * b.period_ps
+            b.readings += turns
+        while b.next_ps < t_ps:
+            box_tick(b, m.node.down, m.node.up, b.next_ps, m.box_count, m.injector.completed)

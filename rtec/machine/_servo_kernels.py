@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec._jit import Record, step
 from rtec.axis._plant_kernels import driven
@@ -52,14 +51,9 @@ SERVO = np.dtype(
 
 
 @step
-def command_at(
-    servo: Record,
-    t_ps: int,
-    start_ps: NDArray[np.int64],
-    duration_ps: NDArray[np.int64],
-    motion: NDArray[np.float64],
-) -> float:
+def command_at(servo: Record, t_ps: int, command: Any) -> float:
     """Return the commanded velocity in counts/s and set the command, walking along the motion segments."""
+    start_ps, duration_ps, motion = command
     last = start_ps.size - 1
     while servo.segment < last and t_ps >= start_ps[servo.segment] + duration_ps[servo.segment]:
         servo.segment += 1

@@ -22,19 +22,16 @@ import math
 from typing import Any
 
 from rtec._jit import Record, kernel, step, written_out
-from rtec.axis._kernels import encoder_level, encoder_reset
-from rtec.controller._kernels import receiver_reset, receiver_settle
-from rtec.injector._kernels import injector_enable, injector_request, injector_reset
-from rtec.link._kernels import deliver
+from rtec.controller._kernels import receiver_settle
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
+from rtec.machine._box_kernels import box_obey, box_reading, box_zero
 from rtec.machine._fault_kernels import note_effects
-from rtec.machine._firmware_kernels import turn_firmware, zero_firmware
-from rtec.machine._kept_kernels import put_aside
-from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, deliver_lines, fault_at_axis
+from rtec.machine._line_kernels import FOLLOWING, ILLEGAL_LINES, NO_ALARM, fault_at_axis, stand_at_home
+from rtec.machine._recorder_kernels import put_aside
 from rtec.machine._servo_kernels import servo_tick
 from rtec.requester._box_kernels import FATAL, RUNNING
 from rtec.requester._box_node_kernels import box_receive, box_start
-from rtec.requester._box_turn_kernels import box_check_watchdog, box_sample, box_say
+from rtec.requester._box_turn_kernels import box_check_watchdog, box_say
 from rtec.signal._kernels import NEVER
 
 
@@ -166,19 +163,6 @@ def box_of(boxes: Any, i: int) -> Any:
 
 
 @step
-def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int) -> None:
-    """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``."""
-    while True:
-        if st.tick_open == 0:
-            if st.servo.now_ps >= until_ps:
-                return
-            open_tick(st, acceleration_of_tick(st, moves, plant, place), None)
-        run_tick(st, box, until_ps, None)
-        if st.tick_open == 1:
-            return
-
-
-@step
 def at_home(st: Record) -> bool:
     """Return whether the axis stands on its home switch, which knows nothing of the encoder's cable."""
     return bool(st.encoder.count == 0 and abs(st.servo.v) <= st.servo.standstill)
@@ -193,38 +177,18 @@ def turn_box(st: Record, box: Any, t_ps: int) -> None:
         return
     n.at_home = 1 if at_home(st) else 0
     box_check_watchdog(n, t_ps, st.illegal_in, st.alarm != NO_ALARM)
-    count = st.box_count
-    if box is None:
-        box_sample(n, t_ps, count, s.completed)
-    else:
-        turn_firmware(st, box[0], t_ps)
-        deliver_lines(st, box, t_ps)
-        deliver(n.up, t_ps)
-        count = n.box.zero + n.up.word0
+    count = box_reading(st, box, t_ps)
     homed = n.box.homed == 1
     box_say(n, t_ps, count, s.completed, s.refused)
     if homed:
         zero_counters(st, box, t_ps)
-    if box is None:
-        allowed = 1 if n.box.switch_on == 1 and n.box.probing == 0 and n.box.state == RUNNING else 0
-        if s.enabled != allowed:
-            injector_enable(s, t_ps, allowed)
-        if n.box.state == RUNNING and n.box.accepted != s.requested:
-            injector_request(s, t_ps, n.box.accepted)
+    box_obey(st, box, t_ps)
 
 
 @step
 def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     """Zero every counter, that of the controller included: the axis stands at home (General Considerations)."""
-    s = st.injector
-    if box is None:
-        injector_request(s, t_ps, 0)
-    else:
-        zero_firmware(box[0])
-    s.completed = 0
-    s.requested = 0
-    s.ahead = 0
-    st.illegal_in = 0
+    box_zero(st, box, t_ps)
     receiver_settle(st.receiver, t_ps)
     st.receiver.count = st.encoder.count
     st.receiver.fault = 0
@@ -239,6 +203,19 @@ def zero_counters(st: Record, box: Any, t_ps: int) -> None:
     st.arrived_ps = NEVER
 
 
+@step
+def advance_box(st: Record, box: Any, until_ps: int, moves: Any, plant: Any, place: int, reads: bool) -> None:
+    """Run an axis with its box, None or as of :func:`box_of`, up to ``until_ps``; there it reads, or not."""
+    while st.tick_open == 1 or st.servo.now_ps < until_ps:
+        if st.tick_open == 0:
+            open_tick(st, acceleration_of_tick(st, moves, plant, place), None)
+        run_tick(st, box, until_ps, None)
+        if st.tick_open == 1:
+            break
+    if reads:
+        turn_box(st, box, until_ps)
+
+
 @kernel
 def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
     """Run axis, lines, box and controller of axis ``i`` up to ``until_ps``; there the box takes a reading, or not."""
@@ -246,14 +223,9 @@ def advance(axes: Any, boxes: Any, i: int, until_ps: int, reads: bool) -> None:
     targets, speeds, rests, lengths = moves
     own = targets[i], speeds[i], rests[i], lengths[i]
     if boxes is None:
-        advance_box(stations[i], None, until_ps, own, plant, i)
-        if reads:
-            turn_box(stations[i], None, until_ps)
+        advance_box(stations[i], None, until_ps, own, plant, i, reads)
     else:
-        box = box_of(boxes, i)
-        advance_box(stations[i], box, until_ps, own, plant, i)
-        if reads:
-            turn_box(stations[i], box, until_ps)
+        advance_box(stations[i], box_of(boxes, i), until_ps, own, plant, i, reads)
 
 
 @kernel
@@ -279,22 +251,15 @@ def settle(axes: Any, boxes: Any, i: int) -> None:
 @kernel
 def start(st: Record, t_ps: int, first_reading_ps: int, session: int) -> None:
     """Stand still at home at ``t_ps``, everything switched on, nothing homed."""
-    encoder_reset(st.encoder, 0)
-    level = encoder_level(st.encoder)
-    injector_reset(st.injector, level)
-    receiver_reset(st.receiver, level)
-    st.lines = level
+    stand_at_home(st)
     box_start(st.node, t_ps, session)
     st.node.box.framed = 1
     st.node.box.next_ps = first_reading_ps
     st.node.cycle_next_ps = first_reading_ps
     st.servo.now_ps = t_ps
     st.event_ps = t_ps
-    st.servo.program = 1
     st.arrived_ps = NEVER
     st.held_ps = NEVER
-    st.trip_ps = -NEVER
-    st.powered = 1
     st.starts = 1
 
 

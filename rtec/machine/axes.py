@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from rtec._jit import Record, by_address, new_record, prepared
+from rtec.axis.command import Moves, lines_of, move_arrays
 from rtec.axis.plant import bound_plant
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.errors import ArgumentError
 from rtec.link._bus_kernels import FAULT
 from rtec.machine import _line_kernels, _station_kernels
 from rtec.machine.firmware_box import side_by_side
-from rtec.machine.moves import Moves, lines_of, move_arrays
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView, station_view
 

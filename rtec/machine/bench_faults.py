@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from functools import partial
 
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace, FaultRow
-from rtec.machine.faults import PC_NODE, Fault, Trigger
+from rtec.machine.faults import PC_NODE, Fault, Trigger, fault_records
 from rtec.machine.workbench import Workbench
 from rtec.units import PS_PER_S
 
@@ -65,8 +66,8 @@ class BenchFaults:
     def __init__(self, bench: Workbench, jump_clock: Callable[[int, Callable[[], None]], None]) -> None:
         self._bench = bench
         self._jump_clock = jump_clock
+        self._armed: list[tuple[Fault, Callable[[], int]]] = []
         self._optional: list[Fault] = []
-        self._jumps: list[tuple[Fault, list[int]]] = []
 
     def arm(
         self,
@@ -111,7 +112,7 @@ class BenchFaults:
         Raises
         ------
         ArgumentError
-            A class, a time or a place that it cannot have.
+            A class, a time or a place that it cannot have; a fault of the PC's program, which is the user's own.
         """
         kind = kind_of(kind)
         low_s, high_s = at_s if isinstance(at_s, tuple) else (at_s, at_s)
@@ -135,36 +136,50 @@ class BenchFaults:
             seed=seed,
             trigger=Trigger.WHILE_INSERTING if while_inserting else Trigger.AT_ONCE,
         )
-        if kind.category is FaultCategory.CLOCK:
-            self._arm_jump(fault)
-        else:
-            self._bench.arm(fault)
+        self._armed.append((fault, self._start(fault)))
         if not must_fire:
             self._optional.append(fault)
 
     @property
     def times(self) -> dict[str, int]:
         """Return how often each armed fault took effect so far, in words."""
-        return {_words(fault): times for fault, times in self._fired()}
+        return {_words(fault): times() for fault, times in self._armed}
 
     @property
     def unfired(self) -> list[str]:
         """Return the armed faults that took no effect although they must, in words."""
         return [
             _words(fault)
-            for fault, times in self._fired()
-            if times == 0 and not any(fault is optional for optional in self._optional)
+            for fault, times in self._armed
+            if times() == 0 and not any(fault is optional for optional in self._optional)
         ]
 
-    def _fired(self) -> list[tuple[Fault, int]]:
-        return [*self._bench.activations, *((fault, len(read_ps)) for fault, read_ps in self._jumps)]
-
-    def _arm_jump(self, fault: Fault) -> None:
-        read_ps: list[int] = []
-        self._jumps.append((fault, read_ps))
-        by_ps = fault.delay_ps if fault.kind is FaultKind.CLOCK_JUMP_FORWARD else -fault.delay_ps
-        bus = self._bench.bus
-        bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: read_ps.append(bus.now_ps)))
+    def _start(self, fault: Fault) -> Callable[[], int]:
+        """Let a fault happen at its time; return what says how often it took effect so far."""
+        kind, bench = fault.kind, self._bench
+        bus = bench.bus
+        if fault.from_ps < bus.now_ps:
+            raise ArgumentError("from_ps", fault.from_ps, f"{bus.now_ps} ps or later (time never runs back)")
+        if kind.category is FaultCategory.CLOCK:
+            read_ps: list[int] = []
+            by_ps = fault.delay_ps if kind is FaultKind.CLOCK_JUMP_FORWARD else -fault.delay_ps
+            bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: read_ps.append(bus.now_ps)))
+            return lambda: len(read_ps)
+        if kind.place is FaultPlace.PC:
+            raise ArgumentError("kind", kind.words, "a fault of the bus or of an axis", "this PC is your own program")
+        if kind.place is FaultPlace.BUS:
+            number = len(bus.fired)
+            bus.add_fault(fault)
+            return lambda: bus.fired[number].times
+        if fault.place not in bench.boxes:
+            raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, bench.boxes))}")
+        box = bench.boxes[fault.place]
+        box.settings.check_fault(fault)
+        record = fault_records([fault])[0]
+        bus.at(fault.from_ps, partial(box.change, record, begins=True))
+        if fault.until_ps is not None:
+            bus.at(fault.until_ps, partial(box.change, record, begins=False))
+        return partial(box.effects, record)
 
 
 def _words(fault: Fault) -> str:

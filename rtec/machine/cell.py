@@ -8,22 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtec._jit import new_record, prepared
+from rtec.axis.command import Moves, lines_of
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link.simulated import FaultActivation, activations_of
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.faults import Fault, check_apart, fault_records
-from rtec.machine.moves import Moves, lines_of
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
-from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.predictors import Model
 from rtec.predictors.binding import bound, check_axis
 from rtec.requester import _pc_node_kernels
 from rtec.requester.settings import PcState
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
+from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
@@ -81,7 +81,7 @@ class Cell:
     Examples
     --------
     >>> from rtec.predictors import NoError
-    >>> from rtec.machine.moves import Line, Move
+    >>> from rtec.axis.command import Move
     >>> cell = Cell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0)]], NoError())
     >>> cell.run(until_ps=10**12)
     >>> cell.axes[0].pc_state.name, cell.held_ps is None
@@ -89,7 +89,7 @@ class Cell:
 
     A program of two axes:
 
-    >>> lines = [Line(targets_mm=(3.0, 4.0), speed_mm_s=10.0), Line(targets_mm=(0.0, 4.0), speed_mm_s=10.0)]
+    >>> lines = [Move(target_mm=(3.0, 4.0), speed_mm_s=10.0), Move(target_mm=(0.0, 4.0), speed_mm_s=10.0)]
     >>> cell = Cell([StationSettings(), StationSettings(axis=2)], lines, NoError())
     >>> cell.run(until_ps=5 * 10**12)
     >>> [round(axis.view.position_mm, 2) for axis in cell.axes]

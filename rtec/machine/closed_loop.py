@@ -36,14 +36,14 @@ from rtec.machine.faults import (
     probing_records,
 )
 from rtec.machine.firmware_box import FirmwareBox, check_windows
-from rtec.machine.laser_readings import Laser, MeasuringRun, end_ps
-from rtec.machine.play import check_play
-from rtec.machine.thermometers import Thermometer, fill_thermometers, names_of
+from rtec.machine.laser_readings import Laser, MeasuringRun
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
 from rtec.predictors.binding import bound, bound_curve, rests
+from rtec.predictors.play import check_play
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
+from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
@@ -188,7 +188,7 @@ class Machine:
         state.servo.compensates = int(not isinstance(self.own_table, NoError))
         state.correcting = int(self.injector is not None)
         state.skipping = 1
-        _loop_kernels.start(state, 0, _BOX_FIRST_PS, _PC_FIRST_PS)
+        _loop_kernels.start(state, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
 
     def bound_models(self) -> tuple[Any, Any, Any, Any]:
@@ -295,17 +295,17 @@ def run_machine(
         reset_receiver(state.receiver, firmware.board.state.ab_out)
         state.pc.valid_after_ps = 0  # the firmware's own Data Valid says when
     state.skipping = int(skip_rest)
-    total_ps = end_ps(motion)
+    total_ps = motion.total_ps or PS_PER_S
     slices = _slices(machine, motion, total_ps)
     readings, arrays = _arrays(machine, task, motion)
     outputs = () if machine.servo.plant is None else machine.servo.plant.outputs
     trace = _trace(total_ps // machine.servo.period_ps + 1, trace_every, len(outputs))
     records = np.concatenate([fault_records(machine.faults), probing_records(machine.probing)]).view(np.recarray)
-    advance = prepared(_loop_kernels.run, state, 0, *arrays, *models, trace, box, records)
+    advance = prepared(_loop_kernels.run, state, 0, *arrays, models, trace, box, records)
     begun = time.perf_counter()
     for part in range(1, slices + 1):
         until_ps = total_ps * part // slices
-        advance(state, until_ps, *arrays, *models, trace, box, records)
+        advance(state, until_ps, *arrays, models, trace, box, records)
         if progress is not None:
             progress(part / slices)
         if state.status not in (_loop_kernels.FINISHED, _loop_kernels.RUNNING):
@@ -359,9 +359,8 @@ def _arrays(
     else:
         schedule = (np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
     readings = np.full(schedule[0].size, np.nan)
-    arrays = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape, *schedule))
-    arrays = (*arrays, readings)
-    return readings, arrays
+    command = tuple(np.array(part) for part in (motion.start_ps, motion.duration_ps, shape))
+    return readings, (command, (*map(np.array, schedule), readings))
 
 
 def _trace(ticks: int, every: int, outputs: int) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:

@@ -88,7 +88,7 @@ def _at_rest(asked_ps: int) -> Motion:
     )
 
 
-def set_in_motion(
+def with_motion(
     path: OpenPath,
     kind: MotionKind,
     *,
@@ -123,7 +123,7 @@ def set_in_motion(
     >>> from rtec.machine import OpenPath, simulate
     >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST), real_edges=RealEdges.HOLD)
     >>> path = OpenPath(injector=box, frequency_hz=500e3, cycles=200, corrections=100)
-    >>> result = simulate(set_in_motion(path, MotionKind.REVERSAL))
+    >>> result = simulate(with_motion(path, MotionKind.REVERSAL))
     >>> result.good, result.insertions.completed
     (True, 100)
     """

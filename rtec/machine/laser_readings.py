@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from rtec import axis, metrology
 from rtec.axis import Limits, MotionSegments, ProfileShape, plan
 from rtec.checks import number_within
-from rtec.units import PS_PER_S
 
 HOME_DWELL_S = 0.5
 """At home, before the program: box and PC start up and agree on the home position."""
@@ -132,8 +131,3 @@ def straight_pass(
     for position in positions_mm:
         blocks += [axis.Move(target_mm=position, feed_mm_s=feed_mm_s), axis.Dwell(seconds=dwell_s)]
     return plan(axis.Program(blocks=tuple(blocks)), limits)
-
-
-def end_ps(motion: MotionSegments) -> int:
-    """Return when a motion ends, in picoseconds."""
-    return int(motion.start_ps[-1] + motion.duration_ps[-1]) if motion.start_ps.size else PS_PER_S

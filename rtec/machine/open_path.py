@@ -44,7 +44,7 @@ class OpenPath:
         hold latch are those of ``injector``; its times are the firmware's own.
     motion
         In place of a constant speed, with times of its own at which it asks for the corrections
-        (`rtec.machine.set_in_motion`).
+        (`rtec.machine.with_motion`).
 
     Raises
     ------
@@ -98,7 +98,7 @@ class OpenPath:
         state.in_blocks = 1
         state.corrections = abs(self.corrections)
         state.sign = 1 if self.corrections >= 0 else -1
-        _open_kernels.start(state, 0)
+        _open_kernels.start(state)
         return state
 
     def board(self) -> Board | None:

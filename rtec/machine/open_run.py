@@ -18,10 +18,10 @@ from rtec.board import Board
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.controller.receiver import result_of
 from rtec.injector.box import insertions_of
-from rtec.machine import _ahead_kernels, _motion_kernels, _open_kernels
-from rtec.machine._motion_kernels import ASKED
+from rtec.machine import _ahead_kernels, _open_kernels
+from rtec.machine._open_kernels import ASKED, PIECE_AT
 from rtec.machine.open_path import OpenPath, OpenPathResult
-from rtec.machine.tape import NOBODY, Tape, Viewer, WaveFile
+from rtec.machine.tape import NO_SINK, TraceRecorder, TraceSink, WaveFile
 from rtec.signal._kernels import NEVER
 from rtec.units import PS_PER_S
 
@@ -32,7 +32,7 @@ def simulate(
     path: OpenPath,
     *,
     vcd: Path | None = None,
-    seen: Viewer | None = None,
+    seen: TraceSink | None = None,
     progress: Callable[[float], None] | None = None,
     in_blocks: bool = True,
 ) -> OpenPathResult:
@@ -45,7 +45,7 @@ def simulate(
     vcd
         Waveform file to write both sides of the box to.
     seen
-        An observer of the box, such as a `rtec.machine.stretch.Stretch` for a picture.
+        An observer of the box, such as a `rtec.injector.insertion_capture.InsertionCapture` for a picture.
     progress
         Called with the share done, now and then.
     in_blocks
@@ -69,8 +69,8 @@ def simulate(
     initial = path.encoder.level_at_home, int(state.receiver.raw)
     with ExitStack() as stack:
         file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial))
-        viewers = [viewer for viewer in (file, seen) if viewer is not None]
-        tape = Tape(viewers, initial) if viewers else None
+        sinks = [sink for sink in (file, seen) if sink is not None]
+        tape = TraceRecorder(sinks, initial) if sinks else None
         arrays = None if tape is None else tape.arrays
         moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
         wall_s = _run(state, moves, box, tape, progress)
@@ -78,7 +78,7 @@ def simulate(
         settle_ps = path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
         end_ps = moves.finish(state, settle_ps, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool(state.injector)
+            tape.flush(state.injector)
         if file is not None:
             file.finish(int(end_ps))
     return _result(path, state, board, end_ps, wall_s)
@@ -97,19 +97,20 @@ def move(state: Record, edges: int, box: Any, tape: Any) -> int:
     if box is None and tape is None and crosses_evenly(state.encoder):
         _ahead_kernels.run_ahead(state, edges)
         return 0
-    return int(_open_kernels.run(state, edges, box, _tape_beside(box, tape)))
+    return int(_open_kernels.run(state, None, edges, box, _tape_beside(box, tape)))
 
 
-def stop(state: Record, settle_ps: int, box: Any, tape: Any) -> int:
-    """Stop after a constant speed, beginning no insertion at rest; return the time at which all is settled."""
+def stop(state: Record, settle_ps: int, box: Any, tape: Any, motion: Any = None, total_ps: int = 0) -> int:
+    """Stop after a constant speed, or at the end of a motion; return the time at which all is settled."""
+    tape = _tape_beside(box, tape)
     if state.encoder.glitch_next_ps < NEVER:  # else their part of the path need not be compiled
-        _open_kernels.end_glitches(state, box, _tape_beside(box, tape))
-    return int(_open_kernels.finish(state, settle_ps, box, _tape_beside(box, tape)))
+        _open_kernels.end_glitches(state, motion, box, tape)
+    return int(_open_kernels.finish(state, motion, total_ps, settle_ps, box, tape))
 
 
 def _tape_beside(box: Any, tape: Any) -> Any:
     """Return the tape: beside a processor in any case, so that it is compiled into the path once."""
-    return tape if box is None else tape or NOBODY
+    return tape if box is None else tape or NO_SINK
 
 
 class MotionRun:
@@ -118,9 +119,10 @@ class MotionRun:
     def __init__(self, motion: Motion) -> None:
         segments = motion.segments
         self.motion = motion
-        self._piece = new_record(PIECE)
-        self._columns = tuple(column / COUNT_MM for column in (segments.x0_mm, segments.v0_mm_s, segments.a0_mm_s2))
+        shape = np.stack([segments.x0_mm, segments.v0_mm_s, segments.a0_mm_s2]) / COUNT_MM
         self._at = np.zeros(2, np.int64)
+        times = segments.start_ps, segments.duration_ps
+        self._parts = new_record(PIECE), *times, shape, motion.requests_ps, self._at
 
     @property
     def requests_left(self) -> int:
@@ -130,19 +132,13 @@ class MotionRun:
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         """Pass at most so many edges; return the share of the time that is over, 1 at the end."""
         segments = self.motion.segments
-        x0, v0, a0 = self._columns
-        over = _motion_kernels.run_pieces(
-            state, self._piece, segments.start_ps, segments.duration_ps, x0, v0, a0,
-            self.motion.requests_ps, self._at,
-            edges, box, tape or NOBODY,
-        )  # fmt: skip
+        _open_kernels.run(state, self._parts, edges, box, tape or NO_SINK)
+        over = self._at[PIECE_AT] == segments.start_ps.size
         return 1.0 if over else min(max(int(state.encoder.last_ps), 0) / segments.total_ps, 0.999)
 
     def finish(self, state: Record, settle_ps: int, box: Any, tape: Any) -> int:
         """Let the box insert the pending steps at rest; return when all is settled."""
-        requests_ps, total_ps = self.motion.requests_ps, self.motion.total_ps
-        come_to_rest = _motion_kernels.come_to_rest
-        return int(come_to_rest(state, requests_ps, self._at, total_ps, settle_ps, box, tape or NOBODY))
+        return stop(state, settle_ps, box, tape or NO_SINK, self._parts, self.motion.total_ps)
 
 
 class _Steady:
@@ -167,7 +163,7 @@ def _run(
     state: Record,
     moves: _Steady | MotionRun,
     box: Any,
-    tape: Tape | None,
+    tape: TraceRecorder | None,
     progress: Callable[[float], None] | None,
 ) -> float:
     """Run all edges chunk by chunk; return the wall-clock seconds."""
@@ -176,7 +172,7 @@ def _run(
     while done < 1.0:
         done = moves.run(state, _CHUNK_EDGES, box, None if tape is None else tape.arrays)
         if tape is not None:
-            tape.spool(state.injector, moves.requests_left)
+            tape.flush(state.injector, moves.requests_left)
         if progress is not None:
             progress(done)
     return time.perf_counter() - begun

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rtec._jit import Record, prepared
+from rtec.axis.command import Move
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.link.frame import PAYLOAD_BYTES, Frame
@@ -13,10 +14,9 @@ from rtec.machine import _station_kernels
 from rtec.machine.axes import Axes
 from rtec.machine.fault_kinds import FaultCategory
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger, fault_records
-from rtec.machine.moves import Move
-from rtec.machine.refused_frames import TAKEN, refusals, why_refused
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import Alarm, LineChange, StationView, station_view
+from rtec.requester.refused_frames import TAKEN, refusals, why_refused
 from rtec.requester.status import BoxState
 from rtec.signal import NEVER
 from rtec.units import PS_PER_MS
@@ -198,11 +198,14 @@ class Station:
 
     def change(self, record: Record, *, begins: bool) -> None:
         """Let the fault that a kernel's record tells begin or end; the record then tells how often it took effect."""
+        record.kept, record.ended = 1, int(not begins)
         self._axes.change_fault(0, record, self._now_ps, begins=begins)
 
     def effects(self, record: Record) -> int:
-        """Return how often a fault that lasts has taken effect so far."""
-        return int(_station_kernels.effects(self._state, record, self._now_ps))
+        """Return how often the fault that a kernel's record tells has taken effect so far."""
+        if record.kept and not record.ended:
+            return int(_station_kernels.effects(self._state, record, self._now_ps))
+        return int(record.fired)
 
     def keep_insertions(self) -> None:
         """Keep the changes of the lines around each insertion from now on, for :meth:`last_insertion`."""
@@ -213,12 +216,8 @@ class Station:
         """Return the changes of the lines up to and a few after the last insertion; none before the first."""
         state = self._state
         number = int(_station_kernels.show_insertion(state))
-        return tuple(
-            LineChange(
-                time_ps=int(state.aside_ps[k]), lines=int(state.aside_in[k]), lines_out=int(state.aside_out[k])
-            )
-            for k in range(number)
-        )
+        rows = state.aside_rows[:number].tolist()
+        return tuple(LineChange(time_ps=t_ps, lines=lines, lines_out=out) for t_ps, lines, out in rows)
 
     def settle(self) -> None:
         """Let what is under way come to its end, so that the counts can be compared."""

@@ -13,55 +13,55 @@ from rtec._jit import Record
 from rtec.board.board import reading_ps
 from rtec.injector import _wave_kernels as columns
 from rtec.injector.waves import BoxWaves
-from rtec.machine._tape_kernels import ROWS_AN_EDGE, STEPS_AN_EDGE
+from rtec.machine._recorder_kernels import ROWS_AN_EDGE, STEPS_AN_EDGE
 from rtec.machine.open_path import OpenPath
 from rtec.signal import TIMESCALES_PS, VcdWriter, coarsest_timescale
 from rtec.units import PS_PER_S
 
 _ROOM = 1 << 18
 
-NOBODY = np.empty((0, columns.COLUMNS), np.int64), np.ones(1, np.int64)
+NO_SINK = np.empty((0, columns.COLUMNS), np.int64), np.ones(1, np.int64)
 """A tape that is not read: where writing it costs little beside the rest, loops are compiled with one only."""
 
 
-class Viewer(Protocol):
+class TraceSink(Protocol):
     """Who looks at the rows of a tape."""
 
     @property
-    def sated(self) -> bool:
+    def done(self) -> bool:
         """Return whether it wants no more of them."""
 
     def show(self, rows: NDArray[np.int64]) -> None:
         """Take rows; the first of them is the last one shown before."""
 
 
-class Tape:
+class TraceRecorder:
     """Rows on their way from the compiled loop to the reader; its memory does not grow with the run.
 
     Parameters
     ----------
-    viewers
+    sinks
         Who looks at them.
     initial
         Level codes of encoder and controller at the start.
     """
 
-    def __init__(self, viewers: list[Viewer], initial: tuple[int, int]) -> None:
-        self._viewers = viewers
+    def __init__(self, sinks: list[TraceSink], initial: tuple[int, int]) -> None:
+        self._sinks = sinks
         self._rows, self._used = np.empty((_ROOM, columns.COLUMNS), np.int64), np.ones(1, np.int64)
         self._rows[0] = (0, *initial, 0, 0, 0)
 
     @property
     def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
         """Return the tape as kernels want it; None where it is not read any more."""
-        return None if all(viewer.sated for viewer in self._viewers) else (self._rows, self._used)
+        return None if all(sink.done for sink in self._sinks) else (self._rows, self._used)
 
-    def spool(self, injector: Record, requests_left: int = 0) -> None:
+    def flush(self, injector: Record, requests_left: int = 0) -> None:
         """Show what stands on the tape, and make room for what is owed and for requests that are still to come."""
         used = int(self._used[0])
-        for viewer in self._viewers:
-            if used > 1 and not viewer.sated:
-                viewer.show(self._rows[:used])
+        for sink in self._sinks:
+            if used > 1 and not sink.done:
+                sink.show(self._rows[:used])
         last = self._rows[used - 1].copy()
         owed = abs(int(injector.requested) - int(injector.completed)) + requests_left + STEPS_AN_EDGE
         room = 2 * (ROWS_AN_EDGE + owed * (int(injector.changes) + 4))
@@ -84,7 +84,7 @@ class WaveFile:
         Level codes of encoder and controller at the start.
     """
 
-    sated = False
+    done = False
 
     def __init__(self, path: OpenPath, file: Path, initial: tuple[int, int]) -> None:
         self._waves = BoxWaves(initial, most_counts=most_counts(path), most_steps=abs(path.corrections))

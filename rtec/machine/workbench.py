@@ -1,10 +1,9 @@
-"""Boxes with their axes on a simulated bus, and every fault between them, to test another PC program."""
+"""Boxes with their axes on a simulated bus, to test another PC program."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from operator import attrgetter
 from typing import Generic, TypeVar, cast
 
@@ -13,8 +12,6 @@ from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError, unknown
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.simulated import SimulatedBus
-from rtec.machine.fault_kinds import FaultPlace
-from rtec.machine.faults import Fault, fault_records
 from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import BoxState, Status
@@ -138,25 +135,6 @@ def bench_of(
     return Workbench([replace(station, axis=axis) for axis in range(1, axes + 1)], bitrate=bitrate)
 
 
-class _Armed:
-    """A fault at a box while it waits, lasts, or is over."""
-
-    def __init__(self, fault: Fault, box: BenchBox) -> None:
-        self.fault, self._box = fault, box
-        self._record = fault_records([fault])[0]
-        self._lasts = False
-
-    def change(self, *, begins: bool) -> None:
-        """Let it begin or end."""
-        self._lasts = begins
-        self._box.change(self._record, begins=begins)
-
-    @property
-    def times(self) -> int:
-        """Return how often it took effect so far."""
-        return self._box.effects(self._record) if self._lasts else int(self._record.fired)
-
-
 class Workbench:
     """A bus in simulated time with a box for each axis, and a free place for the PC.
 
@@ -184,43 +162,8 @@ class Workbench:
     def __init__(self, stations: Sequence[StationSettings], *, bitrate: int = 500_000) -> None:
         self.bus = SimulatedBus(bitrate=bitrate)
         self.boxes: dict[int, BenchBox] = {}
-        self._armed: list[_Armed] = []
-        self._on_bus: list[Fault] = []
         for settings in stations:
             if settings.axis in self.boxes or settings.axis > _MOST_AXES:
                 raise ArgumentError("axis", settings.axis, f"1 to {_MOST_AXES}, each once")
             box = self.boxes[settings.axis] = BenchBox(settings, session=settings.axis)
             self.bus.attach(box, settings.axis)
-
-    def arm(self, fault: Fault) -> None:
-        """Let a fault happen at its time.
-
-        Raises
-        ------
-        ArgumentError
-            An axis that is not there, a time that has passed, or a fault of a PC, which is not on this bench.
-        """
-        kind = fault.kind
-        if kind.place is FaultPlace.PC:
-            raise ArgumentError("kind", kind.words, "a fault of the bus or of an axis", "this PC is your own program")
-        if fault.from_ps < self.bus.now_ps:
-            raise ArgumentError("from_ps", fault.from_ps, f"{self.bus.now_ps} ps or later (time never runs back)")
-        if kind.place is FaultPlace.BUS:
-            self.bus.add_fault(fault)
-            self._on_bus.append(fault)
-            return
-        if fault.place not in self.boxes:
-            raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, self.boxes))}")
-        box = self.boxes[fault.place]
-        box.settings.check_fault(fault)
-        armed = _Armed(fault, box)
-        self._armed.append(armed)
-        self.bus.at(fault.from_ps, partial(armed.change, begins=True))
-        if fault.until_ps is not None:
-            self.bus.at(fault.until_ps, partial(armed.change, begins=False))
-
-    @property
-    def activations(self) -> tuple[tuple[Fault, int], ...]:
-        """Return every fault and how often it took effect so far."""
-        on_bus = zip(self._on_bus, (activation.times for activation in self.bus.fired), strict=True)
-        return (*on_bus, *((armed.fault, armed.times) for armed in self._armed))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.machine.stretch import SeenInsertion
+from rtec.injector.insertion_capture import SeenInsertion
 from rtec.report.waveform import waveform
 
 if TYPE_CHECKING:

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from rtec.board import Board, Microcontroller
 from rtec.injector import Design, Injector, RealEdges
-from rtec.machine import TRACE_COLUMNS, Machine, Thermometer, run_machine, straight_pass
-from rtec.machine.laser_readings import HOME_DWELL_S, end_ps
+from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
+from rtec.machine.laser_readings import HOME_DWELL_S
 from rtec.predictors import NoError, Predictor, growth
+from rtec.requester.thermometers import Thermometer
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 from rtec.study.results import FeedCurve, HoldCurve, Limit, Waveform
@@ -61,7 +62,7 @@ def _moving_errors(study: Study, machine: Machine, feed: float) -> tuple[NDArray
     # a reversal takes the request's slewing as long as the play is wide, in steps of the window
     end = start + 2.0 * lead + study.span_mm
     motion = straight_pass([end, 0.0], feed, study.limits, dwell_s=2.0)
-    ticks = end_ps(motion) // machine.servo.period_ps
+    ticks = motion.total_ps // machine.servo.period_ps
     trace = np.asarray(run_machine(machine, motion, trace_every=max(ticks // TRACE_ROWS, 1)).trace)
     inside = (trace[:, _COMMAND] > start + lead) & (trace[:, _COMMAND] < start + lead + study.span_mm)
     moving = np.gradient(trace[:, _COMMAND]) if trace.shape[0] > 1 else np.zeros(trace.shape[0])

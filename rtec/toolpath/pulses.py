@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.axis import Dwell, Encoder, Limits, MotionSegments, Move, Program, plan
-from rtec.axis.command import one_after_another, sampled_command
 from rtec.axis.plants import DriveRun
 from rtec.axis.plants.cascade import OUTPUTS
 from rtec.axis.plants.run import Drive
+from rtec.axis.sampled import one_after_another, sampled_command
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings

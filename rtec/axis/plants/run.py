@@ -9,10 +9,10 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtec.axis.command import cubics
 from rtec.axis.plants import _drive_kernels as kernels
 from rtec.axis.plants.ball_screw import BallScrew
 from rtec.axis.plants.linear_motor import LinearMotor
+from rtec.axis.sampled import cubics
 from rtec.checks import one_of_types
 from rtec.compiled import finite_array
 from rtec.errors import ArgumentError

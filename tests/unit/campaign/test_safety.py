@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+from rtec.axis.command import Move
 from rtec.campaign.safety import detection_of, make_case, ramp_jobs
 from rtec.campaign.safety_matrix import MatrixPlan, Outcome, judged, run_matrix
 from rtec.campaign.safety_monitor import MonitoredCell, Stopper, sinusoidal_table, station_settings
@@ -16,7 +17,6 @@ from rtec.campaign.safety_variants import VARIANTS, impossible
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.machine.faults import Fault, FaultKind
-from rtec.machine.station import Move
 from rtec.report.figures_safety import safety_figure
 from rtec.report.safety_page import faults_csv, grouped, safety_page
 from rtec.requester.supervision import SupervisionLimits

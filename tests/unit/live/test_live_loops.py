@@ -2,11 +2,12 @@
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
 from rtec.live.box_loop import BoxLoop
 from rtec.live.pc_loop import PcLoop
-from rtec.machine.station import Move, Station, StationSettings
+from rtec.machine.station import Station, StationSettings
 from rtec.predictors import StepModel
 from rtec.requester.settings import PcState
 from rtec.requester.status import Status

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.errors import FileFormatError
 from rtec.link.frame import Frame
 from rtec.link.logs import Direction, Log
@@ -16,7 +17,7 @@ from rtec.live.pc_loop import PcLoop
 from rtec.live.played import Role, kind_of, survey
 from rtec.live.replay_run import ReplayRun, replay_document, tolerance_of
 from rtec.live.replayed_side import ReplayedSide
-from rtec.machine.station import Move, Station, StationSettings
+from rtec.machine.station import Station, StationSettings
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.setup import Setup
 from rtec.requester.status import BoxState

@@ -5,11 +5,12 @@ import sys
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.errors import ArgumentError
 from rtec.link._bus_kernels import bits_of
 from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind
-from rtec.machine.station import Move, StationSettings
+from rtec.machine.station import StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
@@ -87,7 +88,8 @@ def test_compiled_loops_load_from_the_cache():
     """A circle of calls is not loaded again: the second process with this cache ended in a segmentation fault."""
     run(until_ps=MS)
     code = (
-        "from rtec.machine.cell import *; from rtec.machine.station import *; from rtec.predictors import NoError;"
+        "from rtec.axis.command import *; from rtec.machine.cell import *; from rtec.machine.station import *;"
+        "from rtec.predictors import NoError;"
         "cell = Cell([StationSettings()], [[Move(target_mm=1.0, speed_mm_s=5.0)]], NoError());"
         "cell.run(until_ps=10**9); print(cell.now_ps)"
     )

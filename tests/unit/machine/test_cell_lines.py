@@ -2,18 +2,18 @@
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.axis.servo import Servo
 from rtec.errors import ArgumentError
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault, FaultKind
-from rtec.machine.moves import Line, Move
 from rtec.machine.station import Alarm, StationSettings
 from rtec.predictors import NoError
 
 MS, S = 10**9, 10**12
 COUNT_MM = StationSettings().encoder.count_mm
-THERE = Line(targets_mm=(30.0, 40.0), speed_mm_s=10.0, rest_s=0.5)
-TRIANGLE = [THERE, Line(targets_mm=(30.0, 0.0), speed_mm_s=20.0), Line(targets_mm=(0.0, 0.0), speed_mm_s=20.0)]
+THERE = Move(target_mm=(30.0, 40.0), speed_mm_s=10.0, rest_s=0.5)
+TRIANGLE = [THERE, Move(target_mm=(30.0, 0.0), speed_mm_s=20.0), Move(target_mm=(0.0, 0.0), speed_mm_s=20.0)]
 
 
 def cell_with(lines, *faults, axes=2):
@@ -61,7 +61,7 @@ def test_where_one_box_dies_both_axes_stop_on_the_line(axis):
 @pytest.mark.parametrize(
     ("moves", "said"),
     [
-        ([Line(targets_mm=(1.0,), speed_mm_s=1.0)], "1 axes"),
+        ([Move(target_mm=(1.0,), speed_mm_s=1.0)], "1 axes"),
         ([THERE, [Move(target_mm=1.0, speed_mm_s=1.0)]], "lines alone"),
     ],
 )

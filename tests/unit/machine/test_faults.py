@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, Timing
@@ -12,7 +13,7 @@ from rtec.machine.bench_faults import BenchFaults
 from rtec.machine.cell import Cell
 from rtec.machine.fault_kinds import CABLE, ActivatedBy, FaultCategory
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, FaultPlace, FaultRow, Trigger
-from rtec.machine.station import Alarm, Move, StationSettings
+from rtec.machine.station import Alarm, StationSettings
 from rtec.machine.workbench import bench_of
 from rtec.requester.status import Status
 from tests.machines import LIMITS, SLOPE

@@ -2,13 +2,14 @@
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.board import Microcontroller
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.link._bus_kernels import bits_of
 from rtec.machine.cell import Cell
 from rtec.machine.faults import PC_NODE, Fault, FaultKind, Trigger
-from rtec.machine.station import Move, Station, StationSettings
+from rtec.machine.station import Station, StationSettings
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import HoldReason

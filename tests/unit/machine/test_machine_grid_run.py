@@ -5,12 +5,12 @@ import pytest
 from grid_run import measure_grid
 from volume import Slide, Volume, Waves, there_and_back
 
+from rtec.axis.command import Move
 from rtec.axis.encoder import Encoder
 from rtec.dataset.load import load_dataset
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
-from rtec.machine.moves import Line
 from rtec.machine.station_settings import StationSettings
 from rtec.metrology import read_measurement, write_measurement
 from rtec.predictors import AxisTables, NoError
@@ -97,7 +97,7 @@ def leaning(low, high):
 
 
 def test_where_another_axis_was_never_measured_the_machine_is_held():
-    lines = [Line(targets_mm=(5.0, 12.0, 0.0), speed_mm_s=20.0, rest_s=0.5)]
+    lines = [Move(target_mm=(5.0, 12.0, 0.0), speed_mm_s=20.0, rest_s=0.5)]
     inside = Cell(stations(), lines, [leaning(0.0, 15.0), NoError(), NoError()])
     beyond = Cell(stations(), lines, [leaning(0.0, 6.0), NoError(), NoError()])
     for cell in (inside, beyond):
@@ -110,7 +110,7 @@ def test_where_another_axis_was_never_measured_the_machine_is_held():
 
 
 def test_what_does_not_fit_is_refused():
-    line = [Line(targets_mm=(1.0, 1.0, 1.0), speed_mm_s=20.0)]
+    line = [Move(target_mm=(1.0, 1.0, 1.0), speed_mm_s=20.0)]
     with pytest.raises(ArgumentError, match="2 models"):
         Cell(stations(), line, [NoError(), NoError()])
     with pytest.raises(ArgumentError, match="model of axis 2"):

@@ -6,8 +6,9 @@ import pytest
 from rtec.axis import Dwell, Encoder, Program, Servo, plan
 from rtec.errors import ArgumentError
 from rtec.injector import Design
-from rtec.machine import TRACE_COLUMNS, Growth, Machine, Thermometer, run_machine
+from rtec.machine import TRACE_COLUMNS, Growth, Machine, run_machine
 from rtec.predictors import growth
+from rtec.requester.thermometers import Thermometer
 from tests.machines import LIMITS, box_of
 
 GROWTH_MM = 0.010

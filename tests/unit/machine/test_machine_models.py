@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from rtec.axis import Dwell, Encoder, Program, plan
+from rtec.axis.command import Move
 from rtec.errors import ArgumentError
 from rtec.injector import Design
-from rtec.machine import TRACE_COLUMNS, Ending, Growth, Machine, Thermometer, run_machine
+from rtec.machine import TRACE_COLUMNS, Ending, Growth, Machine, run_machine
 from rtec.machine.cell import Cell
-from rtec.machine.station import Move, StationSettings
+from rtec.machine.station import StationSettings
 from rtec.predictors import StepModel
 from rtec.requester.settings import PcState
 from rtec.requester.supervision import HoldReason
+from rtec.requester.thermometers import Thermometer
 from tests.machines import LIMITS, box_of
 
 S = 10**12

@@ -13,7 +13,7 @@ from rtec.board import Microcontroller
 from rtec.controller import Receiver
 from rtec.errors import ArgumentError
 from rtec.injector import Design, Injector, InjectorSettings, Processor, RealEdges, Timing
-from rtec.machine import OpenPath, set_in_motion, simulate
+from rtec.machine import OpenPath, simulate, with_motion
 from rtec.machine.in_motion import insertion_at_rest
 
 MOVING = [MotionKind.RAMP, MotionKind.REVERSAL, MotionKind.DITHER, MotionKind.ADVERSARY]
@@ -60,7 +60,7 @@ def test_the_loop_is_its_stages(design, processor, latch, kind):
         design, processor=processor, latch=latch, encoder=Encoder(imperfections=flaws, home_state=1, seed=9),
         corrections=-40 if design is Design.C else 40, direction=-1 if design is Design.A else 1,
     )  # fmt: skip
-    path = set_in_motion(path, kind, program=GOVERNED if kind is MotionKind.PROGRAMME else None, seed=3)
+    path = with_motion(path, kind, program=GOVERNED if kind is MotionKind.PROGRAMME else None, seed=3)
     stream, insertions, received = by_stages(path)
     result = simulate(path)
     assert result.insertions == insertions
@@ -70,7 +70,7 @@ def test_the_loop_is_its_stages(design, processor, latch, kind):
 
 def test_the_loop_is_its_stages_with_glitches():
     flaws = Imperfections(glitch_probability=0.1, glitch_ps=70_000)
-    path = set_in_motion(path_of(Design.C, encoder=Encoder(imperfections=flaws, seed=8)), MotionKind.RAMP)
+    path = with_motion(path_of(Design.C, encoder=Encoder(imperfections=flaws, seed=8)), MotionKind.RAMP)
     stream, insertions, received = by_stages(path)
     result = simulate(path)
     assert result.glitches > 20
@@ -92,7 +92,7 @@ def test_held_edges_leave_every_count_right_in_any_motion(design, kind, hertz, c
     path = path_of(
         design, frequency_hz=hertz, corrections=corrections, direction=direction, encoder=Encoder(home_state=home)
     )
-    moved = set_in_motion(path, kind, seed=seed)
+    moved = with_motion(path, kind, seed=seed)
     result = simulate(moved)
     # the count is the position's, and each completed step has added its counts
     assert result.encoder_counts == round(moved.motion.segments.end_mm)
@@ -106,7 +106,7 @@ def test_held_edges_leave_every_count_right_in_any_motion(design, kind, hertz, c
 @pytest.mark.parametrize("kind", [MotionKind.REVERSAL, MotionKind.DITHER, MotionKind.ADVERSARY])
 def test_plain_gates_miscount_where_a_turn_falls_into_an_insertion(design, kind):
     path = path_of(design, latch=RealEdges.MERGE, cycles=800, corrections=200)
-    result = simulate(set_in_motion(path, kind))
+    result = simulate(with_motion(path, kind))
     assert result.insertions.real_inside > 0
     assert not result.good and not result.audit
 
@@ -121,15 +121,15 @@ def test_an_insertion_at_rest_is_measured_as_its_words_say():
 
 def test_the_firmware_moves_too():
     path = path_of(Design.C, corrections=12, cycles=60, microcontroller=Microcontroller.named("8051-12mhz"))
-    result = simulate(set_in_motion(path, MotionKind.ADVERSARY, seed=2))
+    result = simulate(with_motion(path, MotionKind.ADVERSARY, seed=2))
     assert result.good and result.insertions.completed == 12
     assert result.insertions.real_inside is None
 
 
 def test_what_cannot_be_is_refused():
     with pytest.raises(ArgumentError, match="two cycles for each correction"):
-        set_in_motion(path_of(Design.C, cycles=10, corrections=6), MotionKind.REVERSAL)
-    moved = set_in_motion(path_of(Design.C), MotionKind.RAMP)
+        with_motion(path_of(Design.C, cycles=10, corrections=6), MotionKind.REVERSAL)
+    moved = with_motion(path_of(Design.C), MotionKind.RAMP)
     with pytest.raises(ArgumentError, match="use 40, as the motion asks"):
         replace(moved, corrections=3)
 
@@ -137,7 +137,7 @@ def test_what_cannot_be_is_refused():
 def test_progress_is_a_share_of_the_time():
     seen = []
     long = path_of(Design.C, cycles=1_500_000, corrections=3, frequency_hz=500e3)
-    simulate(set_in_motion(long, MotionKind.RAMP), progress=seen.append)
+    simulate(with_motion(long, MotionKind.RAMP), progress=seen.append)
     assert seen == sorted(seen) and seen[-1] == 1.0
     # three chunks of 2 000 000 edges, evenly in time at nearly constant speed
     assert seen[:2] == pytest.approx([1 / 3, 2 / 3], abs=0.01)

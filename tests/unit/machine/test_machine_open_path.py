@@ -161,7 +161,7 @@ def test_a_running_program_in_the_open_path_is_the_board_between_the_same_edges(
     state, alone = path.state(), path.board()
     box = box_of(state, path.board())
     tape = empty_tape(int(state.receiver.raw))
-    assert open_kernels.run(state, 4 * path.cycles, box, tape) == 0
+    assert open_kernels.run(state, None, 4 * path.cycles, box, tape) == 0
     end_ps = stop(state, 0, box, tape)
     edges, seen = taped(tape, "encoder"), taped(tape, "controller")
     due, asked, out, done = len(edges) - 1, 0, [], 0

@@ -4,11 +4,11 @@ from dataclasses import asdict
 
 import pytest
 
+from rtec.axis.command import Move
 from rtec.board import Microcontroller
 from rtec.injector import Design, DesignRow
 from rtec.machine import Machine, run_machine, straight_pass
 from rtec.machine.cell import Cell
-from rtec.machine.moves import Move
 from rtec.machine.station import StationSettings
 from tests.machines import LIMITS, SLOPE, box_of
 

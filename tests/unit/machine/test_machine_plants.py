@@ -7,12 +7,13 @@ import pytest
 from scipy import linalg
 
 from rtec.axis import Servo
+from rtec.axis.command import Move
 from rtec.axis.plant import Plant
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.machine import TRACE_COLUMNS, Ending, Machine, run_machine, straight_pass
 from rtec.machine.cell import Cell
-from rtec.machine.station import Alarm, Move, Station, StationSettings
+from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from tests.machines import LIMITS, box_of
 

@@ -1,4 +1,4 @@
-"""What is seen of an open path: a waveform file of all of it, and the stretch around one insertion."""
+"""What is seen of an open path: a waveform file of all of it, and what is around one insertion."""
 
 from itertools import pairwise
 
@@ -9,8 +9,8 @@ from signal_oracle import FORWARD, joined, read_vcd
 from rtec.axis import Encoder, Imperfections
 from rtec.board import Microcontroller
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector.insertion_capture import InsertionCapture
 from rtec.machine import OpenPath, simulate
-from rtec.machine.stretch import Stretch
 from rtec.machine.tape import _ROOM, estimated_bytes
 from rtec.signal import EdgeStream
 
@@ -123,7 +123,7 @@ def test_more_than_the_tape_holds_comes_in_parts(tmp_path):
 
 def test_all_that_is_owed_may_come_before_one_edge(tmp_path, monkeypatch):
     # one cycle a minute: at rest in state 1 all steps that have come due follow each other before the next edge
-    monkeypatch.setitem(simulate.__globals__["Tape"].__init__.__globals__, "_ROOM", 64)
+    monkeypatch.setitem(simulate.__globals__["TraceRecorder"].__init__.__globals__, "_ROOM", 64)
     path = path_of(Design.ORIGINAL, frequency_hz=1 / 60, cycles=50, corrections=800)
     file = tmp_path / "run.vcd"
     traced, plain = simulate(path, vcd=file), simulate(path)
@@ -161,10 +161,10 @@ def test_size_is_known_before_the_run(tmp_path, design, changes):
 @pytest.mark.parametrize("design", list(Design))
 def test_the_first_insertion_is_found(design, sign, hold, timing):
     path = path_of(design, timing, hold=hold, corrections=20 * sign)
-    stretch = Stretch()
-    result, plain = simulate(path, seen=stretch), simulate(path)
+    capture = InsertionCapture()
+    result, plain = simulate(path, seen=capture), simulate(path)
     assert (result.received, result.insertions) == (plain.received, plain.insertions)
-    seen = stretch.found
+    seen = capture.found
     inside = seen.controller.window(seen.begin_ps, seen.end_ps + 1)
     assert inside.counts() == (sign * design.step_counts, 0)
     assert STATE[f"{inside.initial & 1}{inside.initial >> 1}"] == seen.state
@@ -179,32 +179,32 @@ def test_the_first_insertion_is_found(design, sign, hold, timing):
 @pytest.mark.parametrize("state", [1, 2, 3, 4])
 def test_an_insertion_from_each_state_is_found(state):
     # 37 and 4 * 200 have no common divisor: the insertions go through all states
-    stretch = Stretch(state)
-    simulate(path_of(Design.C, corrections=37), seen=stretch)
-    assert stretch.found.state == state
-    level = stretch.found.encoder.level_at(stretch.found.begin_ps - 1)
+    capture = InsertionCapture(state)
+    simulate(path_of(Design.C, corrections=37), seen=capture)
+    assert capture.found.state == state
+    level = capture.found.encoder.level_at(capture.found.begin_ps - 1)
     assert f"{level & 1}{level >> 1}" == FORWARD[state - 1]
 
 
 def test_what_is_not_there_is_looked_for_to_the_end():
-    stretch = Stretch(2)
-    simulate(path_of(Design.ORIGINAL), seen=stretch)
-    assert stretch.found is None
-    assert stretch.seen_in == {1: 20, 2: 0, 3: 0, 4: 0}
+    capture = InsertionCapture(2)
+    simulate(path_of(Design.ORIGINAL), seen=capture)
+    assert capture.found is None
+    assert capture.seen_in == {1: 20, 2: 0, 3: 0, 4: 0}
 
 
 def test_it_is_not_looked_for_for_ever(monkeypatch):
-    monkeypatch.setitem(Stretch.__init__.__globals__, "MOST_INSERTIONS", 7)
-    stretch = Stretch(2)
-    simulate(path_of(Design.ORIGINAL), seen=stretch)
-    assert (stretch.found, stretch.sated) == (None, True)
-    assert stretch.seen_in[1] == 7
+    monkeypatch.setitem(InsertionCapture.__init__.__globals__, "MOST_INSERTIONS", 7)
+    capture = InsertionCapture(2)
+    simulate(path_of(Design.ORIGINAL), seen=capture)
+    assert (capture.found, capture.done) == (None, True)
+    assert capture.seen_in[1] == 7
 
 
-def test_the_last_edges_of_a_run_end_the_stretch():
-    stretch = Stretch()
-    result = simulate(path_of(Design.C, cycles=3, corrections=1), seen=stretch)
+def test_the_last_edges_of_a_run_end_the_capture():
+    capture = InsertionCapture()
+    result = simulate(path_of(Design.C, cycles=3, corrections=1), seen=capture)
     assert result.good
-    seen = stretch.found
+    seen = capture.found
     assert np.all(seen.controller.times_ps <= result.simulated_s * 1e12)
     assert seen.controller.window(seen.begin_ps, seen.end_ps + 1).counts().net == 2

@@ -5,10 +5,11 @@ from itertools import pairwise
 import pytest
 import signal_oracle as oracle
 
+from rtec.axis.command import Move
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, RealEdges, Timing
 from rtec.machine.faults import FaultKind
-from rtec.machine.station import Move, Station, StationSettings
+from rtec.machine.station import Station, StationSettings
 from rtec.predictors import UnidirectionalTable
 from rtec.requester.status import BoxState
 from tests.machines import requester, talk

@@ -2,10 +2,11 @@
 
 from node_oracle import ENABLE, GO_HOME, POSITION, REQUEST, Request
 
+from rtec.axis.command import Move
 from rtec.injector import Design, InjectorSettings, Processor, Timing
 from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
-from rtec.machine.station import Move, Station, StationSettings
+from rtec.machine.station import Station, StationSettings
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import SupervisionLimits
 

@@ -19,10 +19,11 @@ from node_oracle import (
     signed,
 )
 
+from rtec.axis.command import Move
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link.frame import Frame
 from rtec.machine.faults import FaultKind
-from rtec.machine.station import Alarm, Move, Station, StationSettings
+from rtec.machine.station import Alarm, Station, StationSettings
 from rtec.requester.status import BoxState, Status
 from rtec.requester.supervision import SupervisionLimits
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtec.axis.command import one_after_another, sampled_command
 from rtec.axis.plants import BallScrew, Feedback, LinearMotor, ScrewRunout, TorqueRipple, run_drive
+from rtec.axis.sampled import one_after_another, sampled_command
 from rtec.errors import ArgumentError
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.predictors import UnidirectionalTable

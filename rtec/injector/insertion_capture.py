@@ -1,4 +1,4 @@
-"""The stretch of an open path around one insertion, picked out of a run of any length."""
+"""What goes on around one insertion, picked out of a run of any length."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.injector import Totals
 from rtec.injector._wave_kernels import COLUMNS, COMPLETED, LEVEL_IN, LEVEL_OUT, REQUESTED, TIME
+from rtec.injector.protocol import Totals
 from rtec.injector.waves import insertions
 from rtec.signal import EdgeStream, states_of_levels
 
@@ -38,8 +38,8 @@ class SeenInsertion:
     """By how many steps the completed total has changed with it."""
 
 
-class Stretch:
-    """Looks at the rows of a tape until an insertion has passed; a `rtec.machine.tape.Viewer`.
+class InsertionCapture:
+    """Looks at the rows of a tape until an insertion has passed; a `rtec.machine.tape.TraceSink`.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ class Stretch:
     >>> from rtec.injector import Design, InjectorSettings, Timing
     >>> from rtec.machine import OpenPath, simulate
     >>> box = InjectorSettings(design=Design.C, timing=Timing())
-    >>> stretch = Stretch()
-    >>> simulate(OpenPath(injector=box, frequency_hz=500e3, cycles=9, corrections=1), seen=stretch).audit
+    >>> capture = InsertionCapture()
+    >>> simulate(OpenPath(injector=box, frequency_hz=500e3, cycles=9, corrections=1), seen=capture).audit
     True
-    >>> seen = stretch.found
+    >>> seen = capture.found
     >>> seen.state, seen.begin_ps, seen.end_ps
     (4, 1350000, 1450000)
     """
@@ -67,7 +67,7 @@ class Stretch:
         """How many insertions were looked at that began in each state."""
 
     @property
-    def sated(self) -> bool:
+    def done(self) -> bool:
         """Return whether the insertion and what follows on it are kept, or it is not looked for any longer."""
         if self._booked is None:
             return sum(self.seen_in.values()) >= MOST_INSERTIONS
@@ -94,7 +94,7 @@ class Stretch:
             if self._state in (None, seen.state):
                 self._booked = index
                 return
-            if self.sated:
+            if self.done:
                 return
 
     def _insertion(self, booked: int, end: int) -> SeenInsertion | None:

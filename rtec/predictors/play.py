@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError
-from rtec.predictors import Predictor
 from rtec.predictors.binding import bound_curve
+from rtec.predictors.protocol import Predictor
 from rtec.predictors.tables import ErrorTable
 
 GRID_POINTS = 4001
@@ -66,5 +66,6 @@ def _points(error: Predictor) -> NDArray[np.float64]:
     points = [np.linspace(low, high, GRID_POINTS)]
     if isinstance(error, ErrorTable):
         points = [positions for positions, _ in error.ways]
-    grid = np.unique(np.concatenate(points))
-    return grid[np.append(True, np.diff(grid) > NEAREST_MM)]
+    grid: NDArray[np.float64] = np.unique(np.concatenate(points))
+    kept: NDArray[np.float64] = grid[np.append(True, np.diff(grid) > NEAREST_MM)]
+    return kept

@@ -1,4 +1,6 @@
-"""Compiled tape: what a box drives and owes, a row for each moment at which something of it changes.
+"""Compiled recorders of a box: a tape of all that it does, and the last changes of its lines.
+
+The tape has a row for each moment at which something changes of what the box drives and owes.
 
 A tape is ``(rows, used)``: rows as of `rtec.injector._wave_kernels`, first what held before, and how many there are.
 One without rows keeps nothing.
@@ -17,6 +19,10 @@ STEPS_AN_EDGE = 4
 """Steps that may become due with an edge."""
 ROWS_AN_EDGE = 16
 """With its glitch, with what passes late, and with what is let go."""
+KEPT = 32
+"""Changes of the lines that are kept, where they are."""
+AFTER = 6
+"""Of them, so many after the end of an insertion."""
 
 
 @helper
@@ -93,3 +99,43 @@ def keep_board(tape: Any, s: Record, b: Record, t_ps: int) -> None:
         return
     busy = s.requested != s.completed if b.in_path == 1 else inserting(b)
     add_row(tape, t_ps, b.ab_in, b.ab_out, s.requested, s.completed, 1 if busy else 0)
+
+
+@helper
+def keep(st: Record, t_ps: int, ended: bool) -> None:
+    """Keep what the lines say on both sides of the box; put it aside a few changes after an insertion has ended."""
+    rows, out = st.kept_rows, st.injector.ab_out
+    k = (st.kept - 1) % KEPT
+    if st.kept == 0 or rows[k, 1] != st.lines or rows[k, 2] != out:
+        if st.kept == 0 or rows[k, 0] != t_ps:  # changes at one instant are one change
+            k = st.kept % KEPT
+            st.kept += 1
+        rows[k, 0] = t_ps
+        rows[k, 1] = st.lines
+        rows[k, 2] = out
+    elif not ended:
+        return
+    if ended:
+        st.still_to_keep = AFTER
+    elif st.still_to_keep > 0:
+        st.still_to_keep -= 1
+        if st.still_to_keep == 0:
+            put_aside(st)
+
+
+@helper
+def put_aside(st: Record) -> None:
+    """Copy the changes kept, the oldest first."""
+    st.aside = min(st.kept, KEPT)
+    first = st.kept - st.aside
+    for i in range(st.aside):
+        for column in range(3):
+            st.aside_rows[i, column] = st.kept_rows[(first + i) % KEPT, column]
+
+
+@helper
+def keep_own(st: Record, t_ps: int) -> None:
+    """Keep the lines of a box whose injector is modelled: its number of insertions tells when one has ended."""
+    ended = st.injector.inserted != st.seen_inserted
+    st.seen_inserted = st.injector.inserted
+    keep(st, t_ps, ended)
