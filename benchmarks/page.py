@@ -77,6 +77,13 @@ What each reaches: [predictors](predictors.md#table-4-1-again).
         "Predictors at work",
         "The calibration in closed loop, Design B, with each kind of predictor in the PC. Processor time.\n",
     ),
+    "narx": (
+        "NARX networks",
+        """\
+Processor time; an epoch of ours with all its steps beside an iteration of scipy's `least_squares` with the same
+Jacobian. Free runs over data that neither trained nor chose: [predictors](predictors.md#models-of-motion).
+""",
+    ),
     "train-command": (
         "Training by `rtec train`",
         "On the calibration of `rtec run`: wall time, and the best row beside the physical model.\n",

@@ -1,6 +1,7 @@
 """A NARX network in C: what a compiler makes of it, beside the network."""
 
 import ctypes
+import json
 import shutil
 import subprocess
 
@@ -107,6 +108,11 @@ def test_export_writes_the_c_of_a_network_and_no_table(tmp_path, capsys):
     assert main(["export", str(model), "--c", str(source)]) == 0
     assert "axis_step()" in capsys.readouterr().out
     assert source.read_text().splitlines() == lines_of(narx)
+    source.unlink()
+    assert main(["export", str(model), "--c", str(source), "--precision", "single", "--json"]) == 0
+    (table,) = json.loads(capsys.readouterr().out)["tables"]
+    assert (table["function"], table["precision"]) == ("axis_step", "single")
+    assert source.read_text().splitlines() == lines_of(narx, Precision.SINGLE)
     for option in (["--csv", "F.csv"], ["--c", "axis.c", "--from", "0 mm"]):
         assert main(["export", str(model), *option]) == 2
         assert "NARX network" in capsys.readouterr().err
