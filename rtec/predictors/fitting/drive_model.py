@@ -48,9 +48,10 @@ def fit_drive(data: Sequences, *, output_per_error: float, start: DriveModel | N
     -----
     To begin with, the equation of the drive is a regression: its columns and the acceleration, derived from the
     output, go through the same low pass, which takes the noise of differentiation away and leaves the equation as it
-    is (state variable filters; Garnier and Wang 2008, chapter 1). A drive that is faster than the samples shows only its steady motion, where the error is
-    ``(damping - velocity_forward) / stiffness`` times the velocity, and so on. Of all these beginnings those with the
-    best free runs are refined by `least_squares`. Where the command goes one way only, offset and asymmetry stay 0.
+    is (state variable filters; Garnier and Wang 2008, chapter 1). A drive that is faster than the samples shows only
+    its steady motion, where the error is ``(damping - velocity_forward) / stiffness`` times the velocity, and so on.
+    Of all these beginnings those with the best free runs are refined by `least_squares`. Where the command goes one
+    way only, offset and asymmetry stay 0.
     """
     if not set(MOTION) <= set(data.names):
         raise ArgumentError("inputs", ", ".join(data.names), "a commanded velocity and acceleration")

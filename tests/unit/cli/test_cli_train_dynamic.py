@@ -10,7 +10,7 @@ import pytest
 from rtec.cli import main
 from rtec.predictors.motion_file import read_motion
 
-QUICK = ["--budget", "2 s", "--starts", "1"]
+QUICK = ["--budget", "0.5 s", "--starts", "1"]
 ROWS = {"mean", "persistence", "servo lag", "ARX", "physical", "NARX", "hybrid"}
 
 
