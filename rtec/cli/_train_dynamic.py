@@ -47,11 +47,8 @@ def train_dynamic(data: Path, asked: DynamicOptions) -> bool:
     """
     from rtec.dataset.dynamic_log import dynamic_log, log_like
     from rtec.training.compare_dynamic import compare_dynamic
-    from rtec.training.dynamic_methods import dynamic_methods
 
-    names = [method.name for method in dynamic_methods()]
-    if asked.pick is not None and (asked.pick not in names or asked.pick in ("mean", "persistence")):
-        raise unknown("--pick", asked.pick, names[2:], noun="model of motion")
+    pick = None if asked.pick is None else _row(asked.pick)
     heldout = asked.heldout
     if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
         allowed = "another one; without it the second half judges"
@@ -69,7 +66,7 @@ def train_dynamic(data: Path, asked: DynamicOptions) -> bool:
         )
     if not asked.json:  # before anything is written: a full disk shall not take the figures with it
         _show(result)
-    written = {} if asked.output is None else _write(asked.output, result, asked.pick, force=asked.force)
+    written = {} if asked.output is None else _write(asked.output, result, pick, force=asked.force)
     if asked.json:
         from rtec.report.dynamic_training import dynamic_document
 
@@ -77,6 +74,17 @@ def train_dynamic(data: Path, asked: DynamicOptions) -> bool:
     elif asked.output is not None:
         typer.echo(f"{asked.output}: {written['written']}")
     return result.interrupted
+
+
+def _row(said: str) -> str:
+    from rtec.training.dynamic_methods import dynamic_methods
+    from rtec.training.dynamic_results import DynamicKind
+
+    names = [method.name for method in dynamic_methods() if method.kind is not DynamicKind.NONE]
+    as_one_word = {name.lower().replace(" ", "-"): name for name in names}
+    if (word := said.lower().replace(" ", "-")) not in as_one_word:
+        raise unknown("--pick", said, names, noun="model of motion")
+    return as_one_word[word]
 
 
 def _show(result: DynamicComparison) -> None:

@@ -45,6 +45,8 @@ PREDICTORS = (
     *(f"network-{size}-{by}" for size in ("40", "30-10", "30-+-8") for by in ("lm", "rprop", "scg", "bfgs")),
 )  # fmt: skip
 """Rows of ``rtec train``, as one word each."""
+MOTION_MODELS = ("servo-lag", "ARX", "physical", "NARX", "hybrid")
+"""Rows of ``rtec train --dynamic``, likewise."""
 _OF_OPTION = {"--processor": PROCESSORS, "--interface": INTERFACES, "--observe": QUANTITIES, "--motion": MOTIONS}
 """Of options whose metavar does not list them."""
 

@@ -13,7 +13,7 @@ from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import apart, flag, force, needs, option, whole, written
 from rtec.cli._train_dynamic import DynamicOptions, train_dynamic
-from rtec.cli._words import PREDICTORS, completing
+from rtec.cli._words import MOTION_MODELS, PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
 from rtec.units import TIME, parse_quantity
@@ -50,7 +50,7 @@ def train(
     heldout: Path | None = option("--heldout", "FILE", "Another measurement that judges, best at other targets."),
     output: Path | None = written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",)),
     pick: str | None = option(
-        "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS)
+        "--pick", "NAME", "Write the predictor of this row.", complete=completing((*PREDICTORS, *MOTION_MODELS))
     ),
     dynamic: bool = flag("--dynamic", "DATA is the log of a drive: models of motion, compared in free run."),
     observe: str | None = option(

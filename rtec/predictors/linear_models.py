@@ -32,7 +32,7 @@ class Arx:
 
     References
     ----------
-    L. Ljung, System Identification: Theory for the User, 2nd edition, section 4.2.
+    Ljung 1999, section 4.2.
 
     Examples
     --------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -105,7 +106,7 @@ def compare_dynamic(
         heldout_by="the second half" if heldout is None else heldout.measurement.source,
         rows=tuple(rows),
         chosen=None if chosen is None else chosen.name,
-        notes=(*_outside(train, unseen), *_far_worse(chosen)),
+        notes=(*_of_other_log(heldout, log), *_outside(train, unseen), *_far_worse(chosen)),
         interrupted=interrupted,
     )
 
@@ -213,6 +214,14 @@ def _outside(train: Sequences, unseen: Sequences) -> list[str]:
     if "velocity" in train.names and not any("speeds" in note for note in notes):
         notes.insert(0, "the unseen part stays within the trained speeds")
     return notes
+
+
+def _of_other_log(heldout: DynamicLog | None, log: DynamicLog) -> list[str]:
+    """Return what is to be said of the log that judges, and not of the one that trains."""
+    if heldout is None:
+        return []
+    name = Path(heldout.measurement.source).name
+    return [f"{name}: {note}" for note in heldout.notes if note not in log.notes]
 
 
 def _far_worse(chosen: DynamicRow | None) -> list[str]:

@@ -24,6 +24,8 @@ DELAYS = 4
 """Of inputs and output, as in Erwinski et al. 2016: inputs 0 to 3 samples old, outputs 1 to 4."""
 _EPOCHS, _EPOCH_S = 330, 2.5e-6
 """Of a training; a sample of an epoch on a usual machine."""
+_WHOLE = 0.05
+"""Of a sample: a lag so close to whole samples may be a skew of the log."""
 _LEAST_SHARE = 5
 """Percent of the samples that a network sees at least."""
 
@@ -129,11 +131,11 @@ def _persistence(task: DynamicTask) -> DynamicFit:
 def _servo_lag(task: DynamicTask) -> DynamicFit:
     found = fit_servo_lag(task.train)
     lag_s = found.per_velocity / (task.output_per_error or 1.0)
-    return DynamicFit(
-        model=found,
-        judged=fit_servo_lag(task.fit),
-        notes=(f"{1e3 * lag_s:.4g} ms behind the velocity",),
-    )
+    samples = lag_s / task.train.period_s
+    note = f"{1e3 * lag_s:.4g} ms ({samples:.3g} samples) behind the velocity"
+    if round(samples) != 0 and abs(samples - round(samples)) < _WHOLE:
+        note += ": servo lag, or channels of the log that are shifted against each other"
+    return DynamicFit(model=found, judged=fit_servo_lag(task.fit), notes=(note,))
 
 
 def _arx(task: DynamicTask) -> DynamicFit:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,13 +27,7 @@ _FINALISTS, _FIRST_ROUNDS, _ROUNDS = 3, 12, 60
 _FAR = 1e3  # times the output: what is said of a free run that diverges
 
 
-def fit_drive(
-    data: Sequences,
-    *,
-    output_per_error: float,
-    start: DriveModel | None = None,
-    progress: Callable[[float], None] = lambda share: None,
-) -> DriveModel:
+def fit_drive(data: Sequences, *, output_per_error: float, start: DriveModel | None = None) -> DriveModel:
     """Return the drive whose free run fits best.
 
     Parameters
@@ -44,8 +38,6 @@ def fit_drive(
         As of `DriveModel`.
     start
         What to begin with; None: what regressions through several filters find.
-    progress
-        Told the share that is done.
 
     Raises
     ------
@@ -56,10 +48,10 @@ def fit_drive(
     -----
     To begin with, the equation of the drive is a regression: its columns and the acceleration, derived from the
     output, go through the same low pass, which takes the noise of differentiation away and leaves the equation as it
-    is (state variable filters; Garnier and Wang, Identification of Continuous-time Models from Sampled Data, chapter
-    1). A drive that is faster than the samples shows only its steady motion, where the error is
-    ``(damping - velocity_forward) / stiffness`` times the velocity, and so on. Of all these beginnings those with the
-    best free runs are refined by `least_squares`. Where the command goes one way only, offset and asymmetry stay 0.
+    is (state variable filters; Garnier and Wang 2008, chapter 1). A drive that is faster than the samples shows only
+    its steady motion, where the error is ``(damping - velocity_forward) / stiffness`` times the velocity, and so on.
+    Of all these beginnings those with the best free runs are refined by `least_squares`. Where the command goes one
+    way only, offset and asymmetry stay 0.
     """
     if not set(MOTION) <= set(data.names):
         raise ArgumentError("inputs", ", ".join(data.names), "a commanded velocity and acceleration")
@@ -71,16 +63,11 @@ def fit_drive(
     few = data.part(0, min(len(data), _FEW))
     begin = _beginnings(data, output_per_error)
     scored = sorted((_squares(drive, few), place) for place, drive in enumerate(begin))
-    progress(0.2)
-    found = []
-    for share, (_, place) in enumerate(scored[:_FINALISTS]):
-        found.append(_refined(begin[place], few, _FIRST_ROUNDS))
-        progress(0.2 + 0.1 * (share + 1))
+    found = [_refined(begin[place], few, _FIRST_ROUNDS) for _, place in scored[:_FINALISTS]]
     best = min(found, key=lambda each: each[1])
     drive, squares = _refined(best[0], data, _ROUNDS)
     if not squares < _FAR**2 * float(np.sum(data.output**2)):
         raise ArgumentError("drive", "diverged in free run", "a log of a drive under a position controller")
-    progress(1.0)
     return drive
 
 

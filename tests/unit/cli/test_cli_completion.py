@@ -16,6 +16,8 @@ from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import application
 from rtec.effects import LIBRARY
 from rtec.training import all_methods
+from rtec.training.dynamic_methods import dynamic_methods
+from rtec.training.dynamic_results import DynamicKind
 
 GROUP = typer.main.get_command(application())
 
@@ -29,13 +31,16 @@ def offered(verb, name):
     return [item.value for item in parameter.shell_complete(typer.Context(GROUP), "")]
 
 
+MOTION = [one for one in dynamic_methods() if one.kind is not DynamicKind.NONE]
+
+
 @pytest.mark.parametrize(
     ("verb", "name", "real"),
     [
         ("effects", "name", [effect.name for effect in LIBRARY]),
         ("run", "processor", list(MICROCONTROLLERS)),
         ("blind new", "plan", list(PLANS)),
-        ("train", "pick", [one.name.replace(" ", "-") for one in all_methods(several_axes=True)][1:]),
+        ("train", "pick", [one.name.replace(" ", "-") for one in (*all_methods(several_axes=True)[1:], *MOTION)]),
         ("safety", "fault", list(dict.fromkeys(hyphened(one.name.split(",")[0]) for one in VARIANTS))),
         ("safety", "phase", [hyphened(phase.value) for phase in Phase]),
         ("simulate", "motion", [kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME]),

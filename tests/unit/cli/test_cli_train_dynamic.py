@@ -10,7 +10,7 @@ import pytest
 from rtec.cli import main
 from rtec.predictors.motion_file import read_motion
 
-QUICK = ["--budget", "2 s", "--starts", "1"]
+QUICK = ["--budget", "0.5 s", "--starts", "1"]
 ROWS = {"mean", "persistence", "servo lag", "ARX", "physical", "NARX", "hybrid"}
 
 
@@ -90,6 +90,15 @@ def test_another_log_judges_and_what_is_no_input_is_suspected(files):
     assert "times worse than the trained one" in out
     assert "Chosen by the training part" in out
     assert "On this log" in out
+
+
+def test_what_the_other_log_alone_has_is_named(files, tmp_path):
+    lines = (files / "check.csv").read_text().splitlines()
+    pulses = [f"{line},{0.1 * (k % 7):.1f}" for k, line in enumerate(lines[1:])]
+    (tmp_path / "pulses.csv").write_text("\n".join([lines[0] + ",pulse_v", *pulses]) + "\n")
+    words = ["train", "--dynamic", files / "log.csv", "--axis", "x", "--heldout", tmp_path / "pulses.csv", *QUICK]
+    notes = json.loads(said(*words, "--json")[1])["notes"]
+    assert any(note.startswith("pulses.csv: neither input nor output: pulse_v") for note in notes)
 
 
 def test_a_voltage_in_and_a_level_out(tmp_path):

@@ -160,8 +160,14 @@ def test_what_cannot_teach_is_refused(tmp_path):
         dynamic_log(written(tmp_path, time_s=T, level_v=T), observe="level")
     with pytest.raises(FileFormatError, match="--observe level"):
         dynamic_log(written(tmp_path, time_s=T, voltage_v=T, level_v=T))
-    with pytest.raises(ArgumentError, match=r"levle.*level"):
-        dynamic_log(written(tmp_path, time_s=T, voltage_v=T, level_v=T), observe="levle")
+    with pytest.raises(ArgumentError, match=r"leval.*level"):
+        dynamic_log(written(tmp_path, time_s=T, voltage_v=T, level_v=T), observe="leval")
+
+
+def test_a_torque_is_an_input_where_no_motion_is_commanded(tmp_path):
+    log = dynamic_log(written(tmp_path, time_s=T, actual_deg=PATH, torque_nm=SPEED), observe="actual")
+    assert (log.sequences.names, log.sequences.unit) == (("torque",), "deg")
+    assert dynamic_log(drive(tmp_path, torque_nm=SPEED)).sequences.names == ("velocity", "acceleration")
 
 
 def test_an_input_that_never_moves_is_left_out_with_a_note(tmp_path):

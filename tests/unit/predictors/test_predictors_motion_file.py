@@ -52,7 +52,7 @@ def test_a_model_comes_back_with_the_same_numbers(tmp_path, kind):
     [
         ("arx", "version = 1", "version = 2", "train it again"),
         ("arx", 'predictor = "arx"', 'predictor = "arxx"', '"arx" or'),
-        ("arx", "constant = 0.1", "konstant = 0.1", "unknown key"),
+        ("arx", "constant = 0.1", "constants = 0.1", "unknown key"),
         ("arx", "constant = 0.1", "", "no 'constant'"),
         ("arx", "forward = [[", "forward = [[1.0], [", "forward"),
         ("arx", 'inputs = ["velocity", "acceleration"]', 'inputs = ["command"]', "forward"),

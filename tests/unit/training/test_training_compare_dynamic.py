@@ -75,7 +75,8 @@ def test_a_lagging_servo_is_chosen_where_it_is_enough():
     found = result.named("servo lag")
     assert result.chosen == "servo lag"
     assert found.rms_heldout == pytest.approx(1.0, rel=0.2)
-    assert "16 ms" in found.notes[0]
+    assert found.notes[0].startswith("16 ms (16 samples)")
+    assert "shifted against each other" in found.notes[0]
     assert result.named("physical").rms_heldout < 2.0 < 0.01 * np.std(log.sequences.output)
 
 
