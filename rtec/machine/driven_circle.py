@@ -59,18 +59,22 @@ def driven_circle(
         raise ArgumentError("drive", repr(drive)[:60], f"one of {', '.join(DRIVES)}")
     kind = DRIVES[drive]
     radius = number_within("radius_mm", radius_mm, 1.0, 10_000.0)
-    feed = number_within("feed_mm_s", feed_mm_s, 0.01, kind.limits.velocity_mm_s)
-    if feed**2 / radius > kind.limits.acceleration_mm_s2:
-        fastest = math.sqrt(kind.limits.acceleration_mm_s2 * radius)
+    highest, strongest = (
+        float(np.min(limit)) for limit in (kind.limits.velocity_mm_s, kind.limits.acceleration_mm_s2)
+    )
+    feed = number_within("feed_mm_s", feed_mm_s, 0.01, highest)
+    if feed**2 / radius > strongest:
+        fastest = math.sqrt(strongest * radius)
         problem = f"asks for {feed**2 / radius:.4g} mm/s² on a radius of {radius:g} mm"
         raise ArgumentError("feed_mm_s", "", f"up to {fastest:.4g} mm/s", problem=problem)
     clock, turn, speed, gain = _turn(feed / radius, kind.period_s)
     targets, actuals = [], []
     for number, sense in enumerate((1.0, -1.0)):
         angle = sense * (turn - _OVERSHOOT_RAD)
-        place = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-        along = radius * np.column_stack([-np.sin(angle), np.cos(angle)]) * sense
-        velocity, acceleration = along * speed[:, None], along * gain[:, None] - place * speed[:, None] ** 2
+        place: Floats = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        along: Floats = sense * np.column_stack([-place[:, 1], place[:, 0]])
+        velocity: Floats = along * speed[:, None]
+        acceleration: Floats = along * gain[:, None] - place * speed[:, None] ** 2
         runs = [
             run_drive(kind.make(), clock, place[:, k], velocity[:, k], acceleration[:, k]).load_mm for k in (0, 1)
         ]
@@ -90,10 +94,12 @@ def _turn(omega_rad_s: float, period_s: float) -> tuple[Floats, Floats, Floats, 
         raise ArgumentError(
             "feed_mm_s", "", f"one that takes at most {_MOST_SAMPLES * period_s:g} s", problem=problem
         )
-    clock = np.arange(math.ceil(total_s / period_s) + 1) * period_s
-    share = np.minimum(clock / start_s, 1.0)
-    angle = omega_rad_s * (clock - start_s / 2.0 * share - start_s / (2.0 * math.pi) * np.sin(math.pi * share))
+    clock: Floats = np.arange(math.ceil(total_s / period_s) + 1, dtype=np.float64) * period_s
+    share: Floats = np.minimum(clock / start_s, 1.0)
+    angle: Floats = omega_rad_s * (
+        clock - start_s / 2.0 * share - start_s / (2.0 * math.pi) * np.sin(math.pi * share)
+    )
     angle = np.where(clock < start_s, angle, omega_rad_s * (clock - start_s / 2.0))
-    speed = omega_rad_s * (1.0 - np.cos(math.pi * share)) / 2.0
-    gain = np.where(clock < start_s, omega_rad_s * math.pi / (2.0 * start_s) * np.sin(math.pi * share), 0.0)
+    speed: Floats = omega_rad_s * (1.0 - np.cos(math.pi * share)) / 2.0
+    gain: Floats = np.where(clock < start_s, omega_rad_s * math.pi / (2.0 * start_s) * np.sin(math.pi * share), 0.0)
     return clock, angle, speed, gain

@@ -18,7 +18,7 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 from rtec.metrology.ballbar.circularity import Circularity, circular_deviation, circularity
 from rtec.metrology.ballbar.search import Design, best_shape, refined
-from rtec.metrology.ballbar.shapes import AXES, Shape, nuisance, static_shapes
+from rtec.metrology.ballbar.shapes import AXES, SPIKE, Shape, nuisance, static_shapes
 from rtec.metrology.ballbar.stick_slip import CHANCE, stick_slip
 from rtec.metrology.ballbar.values import value_of
 
@@ -111,6 +111,8 @@ class _Fit:
 
     shapes: list[Shape]
     coefficients: list[Floats]
+    inverse: list[Floats]
+    """Of the normal equations, the block of each shape: times the variance of a point the covariance of numbers."""
     residual: Floats
     weights: Floats
     sigma: float
@@ -137,7 +139,7 @@ def analysed(test: CircleTest) -> Found:
         fit = _eliminated(test, _searched(test, static_shapes(test, plays)))
         fit = _eliminated(test, _refined(test, fit))
         names = {shape.name for shape in fit.shapes}
-        seen = {axis: _play(fit, axis) for axis in AXES}
+        seen = {axis: _play(test, fit, axis) for axis in AXES}
         settled = all(abs(seen[axis] - plays.get(axis, 0.0)) <= 0.02 * abs(seen[axis]) for axis in AXES)
         plays = seen
         if names == before and settled:
@@ -146,10 +148,20 @@ def analysed(test: CircleTest) -> Found:
     return _found(test, fit)
 
 
-def _play(fit: _Fit, axis: str) -> float:
-    """Return the play of an axis in um, 0 where it has none."""
+def _play(test: CircleTest, fit: _Fit, axis: str) -> float:
+    """Return the play of an axis in um where it is crossed as a nut crosses it, 0 where there is none, or a step."""
+    name = f"backlash {axis}"
     pairs = zip(fit.shapes, fit.coefficients, strict=True)
-    return next((float(numbers[0]) for shape, numbers in pairs if shape.name == f"backlash {axis}"), 0.0)
+    play = next((float(numbers[0]) for shape, numbers in pairs if shape.name == name), 0.0)
+    if play <= 0.0:
+        return 0.0
+    others = [shape for shape in fit.shapes if shape.name not in (name, f"reversal spike {axis}")]
+    left = []
+    for tried in (0.0, play):
+        backlash = next(shape for shape in static_shapes(test, {axis: tried}) if shape.name == name)
+        columns = np.column_stack([nuisance(test), *(shape.columns for shape in [*others, backlash])])
+        left.append(float(np.sum((Design.of(columns).without(test.deviation_um) * fit.weights) ** 2)))
+    return play if left[1] < left[0] else 0.0
 
 
 def _searched(test: CircleTest, static: list[Shape]) -> list[Shape]:
@@ -158,13 +170,11 @@ def _searched(test: CircleTest, static: list[Shape]) -> list[Shape]:
     found: list[Shape] = []
     for _ in range(_MOST_SEARCHED):
         columns = np.column_stack([base, *(shape.columns for shape in [*static, *found])])
-        design = Design.of(columns)
-        residual = design.without(test.deviation_um)
-        sigma = _sigma(residual)
-        best = best_shape(test, design, residual / sigma)
-        if not _is_significant(design.gain(best, residual) / sigma**2, best):
+        sigma = _sigma(Design.of(columns).without(test.deviation_um))
+        best = best_shape(test, columns, test.deviation_um, sigma)
+        if not _is_significant(best.gain, best.shape):
             break
-        found.append(best)
+        found.append(best.shape)
     return [*static, *found]
 
 
@@ -174,7 +184,7 @@ def _refined(test: CircleTest, fit: _Fit) -> list[Shape]:
     for index, shape in enumerate(found):
         others = [other.columns for k, other in enumerate(found) if k != index]
         design = Design.of(np.column_stack([nuisance(test), *others]))
-        found[index] = refined(shape, design, design.without(test.deviation_um) / fit.sigma)
+        found[index] = refined(test, shape, design, design.without(test.deviation_um) / fit.sigma)
     return found
 
 
@@ -194,9 +204,18 @@ def _fitted(test: CircleTest, shapes: Sequence[Shape], sigma: float | None, corr
         numbers = np.linalg.lstsq(columns * weights[:, None], test.deviation_um * weights, rcond=None)[0]
         residual = test.deviation_um - columns @ numbers
         weights = _weights(residual)
-    edges = np.cumsum([base.shape[1], *(shape.columns.shape[1] for shape in shapes)])
-    parts = [np.asarray(numbers[begin:end], dtype=np.float64) for begin, end in itertools.pairwise(edges.tolist())]
-    return _Fit(list(shapes), parts, residual, weights, sigma or _sigma(residual), correlated)
+    whole: Floats = np.asarray(np.linalg.pinv((columns * weights[:, None]).T @ columns), dtype=np.float64)
+    edges = np.cumsum([base.shape[1], *(shape.columns.shape[1] for shape in shapes)]).tolist()
+    parts = [slice(*pair) for pair in itertools.pairwise(edges)]
+    return _Fit(
+        shapes=list(shapes),
+        coefficients=[np.asarray(numbers[part], dtype=np.float64) for part in parts],
+        inverse=[np.asarray(whole[part, part]) for part in parts],
+        residual=residual,
+        weights=weights,
+        sigma=sigma or _sigma(residual),
+        correlated=correlated,
+    )
 
 
 def _weights(residual: Floats) -> Floats:
@@ -231,16 +250,10 @@ def _eliminated(test: CircleTest, shapes: list[Shape]) -> _Fit:
     fit = _fitted(test, shapes, None, 1.0)
     fit.correlated = _correlation(test, fit.residual)
     while fit.shapes:
-        base = nuisance(test)
-        scores = []
-        for index, shape in enumerate(fit.shapes):
-            others = [other.columns for k, other in enumerate(fit.shapes) if k != index]
-            design = Design.of(np.column_stack([base, *others]) * fit.weights[:, None])
-            gain = design.gain(
-                Shape(name=shape.name, columns=shape.columns * fit.weights[:, None]),
-                design.without(test.deviation_um * fit.weights),
-            )
-            scores.append((gain / fit.sigma**2 / fit.correlated, shape))
+        scores = [
+            (float(numbers @ np.linalg.pinv(inverse) @ numbers) / fit.sigma**2 / fit.correlated, shape)
+            for shape, numbers, inverse in zip(fit.shapes, fit.coefficients, fit.inverse, strict=True)
+        ]
         weak = [(score, k) for k, (score, shape) in enumerate(scores) if not _is_significant(score, shape)]
         small = _too_small(fit)
         if weak:
@@ -263,19 +276,12 @@ def _too_small(fit: _Fit) -> int | None:
     return least if sizes[least] < limit else None
 
 
-def _standard_errors(test: CircleTest, fit: _Fit) -> list[float]:
-    """Return the standard error of the first number of each shape, relative to its value."""
-    if not fit.shapes:
-        return []
-    columns = np.column_stack([nuisance(test), *(shape.columns for shape in fit.shapes)]) * fit.weights[:, None]
-    spread = fit.sigma * np.sqrt(fit.correlated * np.diag(np.linalg.pinv(columns.T @ columns)))
-    first = nuisance(test).shape[1]
+def _relative_errors(fit: _Fit) -> list[float]:
+    """Return the standard error of the numbers of each shape, relative to their size."""
     found = []
-    for shape, numbers in zip(fit.shapes, fit.coefficients, strict=True):
-        width = shape.columns.shape[1]
-        size = float(np.linalg.norm(numbers))
-        found.append(float(np.linalg.norm(spread[first : first + width] * numbers)) / max(size**2, 1e-300))
-        first += width
+    for numbers, inverse in zip(fit.coefficients, fit.inverse, strict=True):
+        spread = fit.sigma * np.sqrt(fit.correlated * np.diag(inverse))
+        found.append(float(np.linalg.norm(spread * numbers)) / max(float(numbers @ numbers), 1e-300))
     return found
 
 
@@ -283,20 +289,21 @@ def _found(test: CircleTest, fit: _Fit) -> Found:
     """Return the errors with values, uncertainties and shares, the largest first."""
     sizes: dict[str, Floats] = {}
     errors: dict[str, FoundError] = {}
-    spreads = _standard_errors(test, fit)
-    for shape, numbers, relative in zip(fit.shapes, fit.coefficients, spreads, strict=True):
-        sizes[shape.name] = sizes.get(shape.name, 0.0) + shape.columns @ numbers
-        value = value_of(shape, numbers, test)
-        error = FoundError(
-            name=shape.name,
+    spreads = _relative_errors(fit)
+    for name in dict.fromkeys(shape.name for shape in fit.shapes):
+        parts = [k for k, shape in enumerate(fit.shapes) if shape.name == name]
+        sizes[name] = np.sum([fit.shapes[k].columns @ fit.coefficients[k] for k in parts], axis=0)
+        shape, numbers = _together([fit.shapes[k] for k in parts], [fit.coefficients[k] for k in parts])
+        value = value_of(shape, numbers, test, fit.residual if shape.name.startswith(SPIKE) else None)
+        errors[name] = FoundError(
+            name=name,
             value=value.value,
             unit=value.unit,
-            uncertainty=abs(value.value) * relative,
+            uncertainty=abs(value.value) * spreads[parts[0]],
             alone_um=0.0,
             share=0.0,
             details=MappingProxyType(value.details),
         )
-        errors.setdefault(shape.name, error)  # the first period of an axis is its largest
     alone = {name: _alone(test, values) for name, values in sizes.items()}
     for name, jump_um, spread_um in stick_slip(test, fit.residual, fit.weights, fit.correlated):
         alone[name] = jump_um
@@ -314,8 +321,16 @@ def _found(test: CircleTest, fit: _Fit) -> Found:
         contributions_um=MappingProxyType(sizes),
         residual_um=fit.residual,
         noise_um=fit.sigma,
-        notes=(*test.notes, f"centre offset taken out: x {x:.4g} um, y {y:.4g} um"),
+        notes=(*test.notes, f"centre offset taken out: x {round(x, 3) + 0.0:g} um, y {round(y, 3) + 0.0:g} um"),
     )
+
+
+def _together(shapes: Sequence[Shape], numbers: Sequence[Floats]) -> tuple[Shape, Floats]:
+    """Return spikes of an axis that several shapes make up as one; of several waves the first, the largest."""
+    if len(shapes) == 1 or shapes[0].of is not None:
+        return shapes[0], numbers[0]
+    columns = np.sum([shape.columns * of for shape, of in zip(shapes, numbers, strict=True)], axis=0)
+    return replace(shapes[0], columns=columns), np.ones(columns.shape[1])
 
 
 def _alone(test: CircleTest, values: Floats) -> float:

@@ -84,8 +84,13 @@ def circles_of_positions(
         radius_mm=radius,
         feed_mm_s=feed,
         run=run,
-        notes=[*notes, f"circle of the targets: radius {radius:.6g} mm about {x:.6g}, {y:.6g} mm"],
+        notes=[*notes, f"circle of the targets: radius {radius:.6g} mm about {_um(x):g}, {_um(y):g} mm"],
     )
+
+
+def _um(value_mm: float) -> float:
+    """Return a length rounded to a micrometre, never minus zero."""
+    return round(value_mm, 3) + 0.0
 
 
 def _circle(target_mm: Floats) -> tuple[float, float, float]:

@@ -77,7 +77,7 @@ def read_circle_test(
     FileFormatError
         No such columns, one without a unit, a value that is none, one sense only, an arc below a revolution.
     ArgumentError
-        No nominal radius, or one outside its range; two letters of one axis.
+        No nominal radius, a stated one outside its range or beside a log, axes that are not two letters.
 
     Examples
     --------
@@ -97,7 +97,9 @@ def read_circle_test(
             return _of_log(path, stated, choices)
         return _of_table(table, found, stated, choices)
     except ArgumentError as error:
-        if error.name in ("radius", "--axes") or error.name.startswith("--"):
+        if error.name == "radius" and stated.radius_mm is not None:
+            raise error.of("--radius") from None
+        if error.name.startswith("--"):
             raise
         raise FileFormatError(path, None, _problem(error), error.allowed) from None
 
@@ -214,6 +216,8 @@ def _of_log(path: str | Path, stated: Stated, choices: ColumnChoices) -> CircleT
     letters = stated.axes.lower()
     if len(letters) != 2 or letters[0] == letters[1] or not letters.isalpha():
         raise ArgumentError("--axes", repr(stated.axes)[:20], "two letters, such as xy")
+    if stated.radius_mm is not None:
+        raise ArgumentError("--radius", "", "it for a table of angles", problem=f"means nothing for {path}, a log")
     logs = [_log(path, letter, choices) for letter in letters]
     target, actual = (
         np.column_stack([log.columns[quantity].values for log in logs]) for quantity in ("target", "actual")

@@ -34,6 +34,7 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 
 AXES = "xy"
+SPIKE = "reversal spike"
 SPIKE_WIDTHS_DEG = (0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.0, 5.6)
 
 
@@ -48,8 +49,12 @@ class Shape:
     """Over how many values of a parameter it was searched: a chance more for noise to look like it."""
     parameter: float = 0.0
     """Wave number of a cyclic error (2 pi R / period), waves a revolution of a vibration, width in rad of a spike."""
-    at: Callable[[float], Shape] | None = None
-    """The same with another parameter, where it is a wave."""
+    of: Callable[[CircleTest, float], Shape] | None = None
+    """Of a wave: the same on another test, with another parameter."""
+
+    def on(self, test: CircleTest) -> Shape:
+        """Return the same on another test, as far as it is a wave."""
+        return self if self.of is None else self.of(test, self.parameter)
 
 
 def along(axis: str, angle: Floats) -> tuple[Floats, Floats]:
@@ -114,20 +119,31 @@ def spike_shape(test: CircleTest, axis: str, width_rad: float, rising: bool) -> 
         decay = after * np.exp(1.0 - after) if rising else np.exp(-after)
         columns.append(end * main * decay)
     searched = 2.0 * len(SPIKE_WIDTHS_DEG)
-    name = f"reversal spike {axis}"
+    name = f"{SPIKE} {axis}"
     return Shape(name=name, columns=np.column_stack(columns), searched=searched, parameter=width_rad)
 
 
-def cyclic_shape(test: CircleTest, axis: str, wave_number: float, searched: float) -> Shape:
-    """Return a cyclic error of an axis; ``wave_number`` is 2 pi R / period."""
-    main, _ = along(axis, test.angle_rad)
-    columns = np.column_stack([main * np.cos(wave_number * main), main * np.sin(wave_number * main)])
+def speed(axis: str, angle: Floats, sense: Floats) -> Floats:
+    """Return the velocity of an axis as a share of the feed."""
+    return -sense * np.sin(angle) if axis == "x" else sense * np.cos(angle)
 
-    def at(number: float) -> Shape:
-        return cyclic_shape(test, axis, number, searched)
+
+def cyclic_shape(test: CircleTest, axis: str, wave_number: float, searched: float) -> Shape:
+    """Return a cyclic error of an axis; ``wave_number`` is 2 pi R / period.
+
+    The first two columns belong to the position alone, the other two are proportional to the velocity, as what a
+    servo leaves of a periodic force.
+    """
+    main, _ = along(axis, test.angle_rad)
+    moving = main * speed(axis, test.angle_rad, test.sense)
+    waves = np.cos(wave_number * main), np.sin(wave_number * main)
+    columns = np.column_stack([size * wave for size in (main, moving) for wave in waves])
+
+    def of(other: CircleTest, number: float) -> Shape:
+        return cyclic_shape(other, axis, number, searched)
 
     name = f"cyclic error {axis}"
-    return Shape(name=name, columns=columns, searched=searched, parameter=wave_number, at=at)
+    return Shape(name=name, columns=columns, searched=searched, parameter=wave_number, of=of)
 
 
 def vibration_shape(test: CircleTest, along_what: str, waves: float, searched: float) -> Shape:
@@ -136,10 +152,10 @@ def vibration_shape(test: CircleTest, along_what: str, waves: float, searched: f
     size = np.ones(t.size) if along_what == "radial" else along(along_what, t)[0]
     parts = [size * (s == sense) * wave(waves * test.turn_rad) for sense in (1.0, -1.0) for wave in (np.cos, np.sin)]
 
-    def at(number: float) -> Shape:
-        return vibration_shape(test, along_what, number, searched)
+    def of(other: CircleTest, number: float) -> Shape:
+        return vibration_shape(other, along_what, number, searched)
 
-    return Shape(name="vibration", columns=np.column_stack(parts), searched=searched, parameter=waves, at=at)
+    return Shape(name="vibration", columns=np.column_stack(parts), searched=searched, parameter=waves, of=of)
 
 
 def nuisance(test: CircleTest) -> Floats:

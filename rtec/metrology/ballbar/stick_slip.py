@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 from rtec.metrology.ballbar.shapes import AXES, along, behind
@@ -18,6 +19,8 @@ _CATCHING_UP_DEG = 4.0
 _LEAST_RATIO = 1.25
 """Of the variances."""
 _FEWEST = 20
+_MOST_ALIKE = 0.4
+"""Correlation of neighbours: what is smooth is no scatter."""
 _LEVER = math.sqrt(12.0)
 """A saw tooth of height 1, read at any moment, scatters by 1 / sqrt(12)."""
 
@@ -49,8 +52,9 @@ def stick_slip(
         usable = good & (np.degrees(after) > _CATCHING_UP_DEG)
         best = (CHANCE / _CLASSES, 0.0, 0.0)
         for width in _NEAR_DEG:
-            near = residual_um[usable & (away[axis] < width)]
-            if near.size < _FEWEST or elsewhere.size < _FEWEST:
+            rows = usable & (away[axis] < width)
+            near = residual_um[rows]
+            if _neighbours(residual_um, rows) > _MOST_ALIKE or near.size < _FEWEST or elsewhere.size < _FEWEST:
                 continue
             inside, outside = float(np.mean(near**2)), float(np.mean(elsewhere**2))
             ratio = inside / max(outside, 1e-300)
@@ -62,3 +66,10 @@ def stick_slip(
         if best[1] > 0.0:
             found.append((f"stick-slip {axis}", best[1], best[2]))
     return found
+
+
+def _neighbours(residual_um: Floats, rows: npt.NDArray[np.bool_]) -> float:
+    """Return the correlation of a residual at rows with the row that follows."""
+    pairs = np.flatnonzero(rows[:-1] & rows[1:])
+    one, other = residual_um[pairs], residual_um[pairs + 1]
+    return float(np.sum(one * other) / max(float(np.sum(one**2)), 1e-300))

@@ -9,6 +9,10 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 from rtec.metrology.ballbar.shapes import Shape
 
+_SPIKE_SHARE = 0.2
+"""Of its height, above which a point belongs to a spike."""
+_NO_NOISE = 5.0
+
 
 @dataclass(frozen=True, slots=True)
 class Value:
@@ -19,7 +23,7 @@ class Value:
     details: dict[str, float]
 
 
-def value_of(shape: Shape, numbers: Floats, test: CircleTest) -> Value:
+def value_of(shape: Shape, numbers: Floats, test: CircleTest, residual_um: Floats | None = None) -> Value:
     """Return what the numbers of a shape in um mean.
 
     Parameters
@@ -30,6 +34,8 @@ def value_of(shape: Shape, numbers: Floats, test: CircleTest) -> Value:
         Of its columns, in um.
     test
         For the radius, and the feed, by which a servo mismatch becomes a time and waves become a frequency.
+    residual_um
+        What the fit leaves, shape (points,): a spike that is higher than its shape has its own height.
 
     Examples
     --------
@@ -52,13 +58,14 @@ def value_of(shape: Shape, numbers: Floats, test: CircleTest) -> Value:
             ends = float(numbers[1])
             found = Value(first, "um", {"at_positive_end_um": first + ends, "at_negative_end_um": first - ends})
         case "reversal spike":
-            plus, minus = (_height(shape.columns[:, k] * numbers[k]) for k in (0, 1))
+            plus, minus = (_height(shape.columns[:, k] * numbers[k], residual_um) for k in (0, 1))
             width = float(np.degrees(shape.parameter))
             details = {"at_positive_end_um": plus, "at_negative_end_um": minus, "width_deg": width}
             found = Value(max(plus, minus, key=abs), "um", details)
         case "cyclic error":
             period_mm = float(2.0 * np.pi * test.radius_mm / shape.parameter)
-            found = Value(float(np.hypot(*numbers)), "um", {"period_mm": period_mm})
+            still, moving = float(np.hypot(*numbers[:2])), float(np.hypot(*numbers[2:]))
+            found = Value(max(still, moving), "um", {"period_mm": period_mm, "proportional_to_velocity_um": moving})
         case "vibration":
             found = _vibration(shape, numbers, test)
         case "master-slave change-over":
@@ -76,6 +83,13 @@ def _vibration(shape: Shape, numbers: Floats, test: CircleTest) -> Value:
     return Value(float(np.sqrt(np.sum(numbers**2) / 2.0)), "um", details)
 
 
-def _height(values: Floats) -> float:
-    """Return the value that is farthest from zero."""
-    return float(values[np.abs(values).argmax()])
+def _height(values: Floats, residual_um: Floats | None) -> float:
+    """Return the value of a spike that is farthest from zero, with what the fit leaves there if that is no noise."""
+    top = int(np.abs(values).argmax())
+    if residual_um is None:
+        return float(values[top])
+    near = np.abs(values) > _SPIKE_SHARE * abs(values[top])
+    seen = values + residual_um
+    peak = float(seen[near][np.abs(seen[near]).argmax()])
+    scatter = 1.4826 * float(np.median(np.abs(residual_um)))
+    return peak if abs(peak) > abs(values[top]) + _NO_NOISE * scatter else float(values[top])
