@@ -30,16 +30,15 @@ _REACH = 1.5
 """Of the lines of the quadrants, in radii of the nominal circle."""
 _UNITS = {"um": "µm", "um/m": "µm/m", "ms": "ms"}
 _MORE = {
-    "at_positive_end_um": "{:+.3g} µm at the positive end",
-    "at_negative_end_um": "{:+.3g} µm at the negative end",
     "period_mm": "period {:.4g} mm",
-    "proportional_to_velocity_um": "{:.3g} µm of it proportional to the velocity",
+    "proportional_to_velocity_um": "with the velocity {:.3g} µm",
     "frequency_hz": "{:.4g} Hz",
-    "waves_a_revolution": "{:.4g} waves a revolution",
+    "waves_a_revolution": "{:.4g} waves a turn",
     "radial_um": "{:+.3g} µm of radius",
     "scale_difference_ppm": "{:+.3g} ppm",
-    "width_deg": "{:.2g} deg wide",
+    "width_deg": "{:.2g}° wide",
 }
+_ENDS = "at_positive_end_um", "at_negative_end_um"
 
 
 def ballbar_sentence(found: Found) -> str:
@@ -70,12 +69,20 @@ def figure_rows(found: Found) -> list[tuple[str, str]]:
         ("radial deviation F", f"{figures.least_radial:+.3g} to {figures.largest_radial:+.3g} µm"),
         ("diameter of X less nominal, beside the reversals", f"{figures.diameters[0]:+.3g} µm"),
         ("diameter of Y less nominal, beside the reversals", f"{figures.diameters[1]:+.3g} µm"),
-        ("squareness by the diagonals", f"{figures.diagonals:+.3g} µm/m"),
-        ("centre offset, taken out", f"x {figures.centre[0]:+.2f} µm, y {figures.centre[1]:+.2f} µm"),
+        ("squareness by the diagonals", f"{_near_zero(figures.diagonals):+.3g} µm/m"),
+        (
+            "centre offset, taken out",
+            f"x {_near_zero(figures.centre[0]):+.4g} µm, y {_near_zero(figures.centre[1]):+.4g} µm",
+        ),
         ("noise of a point", f"{found.noise_um:.2g} µm"),
         ("nominal radius", f"{test.radius_mm:.6g} mm"),
         ("feed", feed),
     ]
+
+
+def _near_zero(value: float) -> float:
+    """Return a value without what is smaller than anybody reads, and without minus zero."""
+    return round(value, 4) + 0.0
 
 
 def error_rows(found: Found) -> list[tuple[str, ...]]:
@@ -87,10 +94,19 @@ def error_rows(found: Found) -> list[tuple[str, ...]]:
             f"± {e.uncertainty:.2g} {_UNITS[e.unit]}",
             f"{e.alone_um:.3g}",
             f"{e.share:.0%}",
-            "; ".join(_MORE[name].format(value) for name, value in e.details.items()),
+            _more(e),
         )
         for e in found.errors
     ]
+
+
+def _more(error: FoundError) -> str:
+    """Return the details of an error as a text."""
+    found = [_MORE[name].format(value) for name, value in error.details.items() if name not in _ENDS]
+    if set(_ENDS) <= set(error.details):
+        plus, minus = (error.details[name] for name in _ENDS)
+        found.insert(0, f"ends {plus:+.3g}, {minus:+.3g} µm")
+    return "; ".join(found)
 
 
 def figures_table(found: Found, name: str) -> Table:

@@ -18,6 +18,7 @@ NEARLY_WHOLE_DEG = 355.0
 _WIDEST_GAP_DEG = 15.0
 _FEWEST, _MOST = 90, 1800
 """Points of a revolution; where there are more, means are taken."""
+_MOST_PASSES = 40
 _RADIUS_MM = (1.0, 10_000.0)
 _LARGEST_UM = 5000.0
 _SENSES = {1.0: "counter-clockwise", -1.0: "clockwise"}
@@ -102,6 +103,10 @@ def circle_test(
     if not _RADIUS_MM[0] <= radius_mm <= _RADIUS_MM[1]:
         raise ArgumentError("radius", f"{radius_mm:g} mm", "1 mm to 10 m")
     said = list(notes)
+    if np.count_nonzero(np.diff(way)) > _MOST_PASSES:
+        order = np.lexsort((-way, runs))  # the rows of a table by angle, with both senses in turn
+        angle, deviation, way, runs = (column[order] for column in (angle, deviation, way, runs))
+        said.append("the senses change from row to row: the rows of each are taken together")
     begins = np.flatnonzero((np.diff(way) != 0.0) | (np.diff(runs) != 0.0)) + 1
     parts = [_whole(angle, part, _SENSES[float(way[part[0]])]) for part in np.split(np.arange(angle.size), begins)]
     if (beyond := max(cut for _, _, cut in parts)) > 1.0:

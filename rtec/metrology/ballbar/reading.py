@@ -42,7 +42,7 @@ from rtec.units import LENGTH, SPEED, Kind, parse_quantity
 
 _NAMES = {
     "angle": r"angle|theta|phi|winkel",
-    "deviation": r"(?:radial[ _]*)?deviation|radial[ _]*error|abweichung",
+    "deviation": r"(?:(?:radial|radius|circular)[ _]*)?(?:deviation|dev|error)|radial|(?:radius)?abweichung",
     "radius": r"radius|radial[ _]*distance",
     "sense": r"sense|direction|dir|drehsinn",
     "run": r"run|pass|lauf",

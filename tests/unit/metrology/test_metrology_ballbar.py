@@ -149,6 +149,14 @@ def test_tables_of_angle_and_radius(read):
     assert read("Winkel [deg];Radius [mm];Drehsinn\n" + lengths, radius_mm=149.9).deviation_um.mean() > 99.0
 
 
+def test_a_table_by_angle_with_both_senses_in_turn(read):
+    values = 2.0 * np.sin(2.0 * T)
+    text = "\n".join(f"{a},{v:.4f},1\n{a},{-v:.4f},-1" for a, v in zip(WAY, values, strict=True))
+    test = read("# radius: 150 mm\nAngle [deg],Radius deviation [um],Direction\n" + text)
+    assert test.points_a_revolution == 720
+    np.testing.assert_allclose(test.deviation_um, np.concatenate([values, -values]), atol=1e-4)
+
+
 def test_overshoot_arcs_are_cut_off(read):
     long = np.arange(-45.0, 405.0, 0.5)
     test = read(HEAD + rows(long))
