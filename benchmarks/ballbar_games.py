@@ -92,7 +92,9 @@ class Game:
         self.sigma = float(draw.uniform(0.2, 1.0)) * 1e-3
         self.overshoot = float(draw.uniform(10.0, 45.0))
         self.draw = draw
-        self.sizes = {name: sigmas * self.sigma for name in names}
+        several = np.random.default_rng([seed, 9])
+        more = [several.uniform(1.0, 5.0 / 3.0) if len(names) > 1 else 1.0 for _ in names]
+        self.sizes = {name: times * sigmas * self.sigma for name, times in zip(names, more, strict=True)}
         self.signs = {name: float(draw.choice([-1.0, 1.0])) for name in names}
         self.centre = draw.normal(0.0, 20e-3, 2)
         self.numbers = {name: draw.uniform(0.0, 1.0, 4) for name in names}

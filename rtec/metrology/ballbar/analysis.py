@@ -18,7 +18,7 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 from rtec.metrology.ballbar.circularity import Circularity, circular_deviation, circularity
 from rtec.metrology.ballbar.search import Design, best_shape, refined
-from rtec.metrology.ballbar.shapes import AXES, SPIKE, Shape, nuisance, static_shapes
+from rtec.metrology.ballbar.shapes import AXES, RADIUS, SCALING, SPIKE, Shape, nuisance, scale_of, static_shapes
 from rtec.metrology.ballbar.stick_slip import CHANCE, stick_slip
 from rtec.metrology.ballbar.values import value_of
 
@@ -28,6 +28,8 @@ _LEAST_SHARE = 0.05
 """Of the largest error: what is smaller may be what the shape of that one leaves."""
 _LEAST_SIGMAS = 0.5
 """Of a point: what is smaller is not named, significant or not."""
+_ONE_CAUSE = 9.0
+"""By which chi-squared may rise, 3 sigma, where one cause stands for two."""
 _MOST_SEARCHED, _MOST_ROUNDS = 8, 4
 _OUTLIER_SIGMAS = 6.0
 
@@ -137,7 +139,7 @@ def analysed(test: CircleTest) -> Found:
     before: set[str] = set()
     for _ in range(_MOST_ROUNDS):
         fit = _eliminated(test, _searched(test, static_shapes(test, plays)))
-        fit = _eliminated(test, _refined(test, fit))
+        fit = _of_one_axis(test, _eliminated(test, _refined(test, fit)))
         names = {shape.name for shape in fit.shapes}
         seen = {axis: _play(test, fit, axis) for axis in AXES}
         settled = all(abs(seen[axis] - plays.get(axis, 0.0)) <= 0.02 * abs(seen[axis]) for axis in AXES)
@@ -265,6 +267,21 @@ def _eliminated(test: CircleTest, shapes: list[Shape]) -> _Fit:
         kept = [shape for k, shape in enumerate(fit.shapes) if k != out]
         fit = _fitted(test, kept, fit.sigma, fit.correlated)
     return fit
+
+
+def _of_one_axis(test: CircleTest, fit: _Fit) -> _Fit:
+    """Return the fit with the scale of one axis for a scaling mismatch and a radius change, if that explains both."""
+    kept = [shape for shape in fit.shapes if shape.name not in (SCALING, RADIUS)]
+    if len(fit.shapes) - len(kept) < 2:
+        return fit
+    tried = [_fitted(test, [*kept, scale_of(test, axis)], fit.sigma, fit.correlated) for axis in AXES]
+    best = min(tried, key=_left)
+    rise = (_left(best) - _left(fit)) / fit.sigma**2 / fit.correlated
+    return best if rise < _ONE_CAUSE else fit
+
+
+def _left(fit: _Fit) -> float:
+    return float(np.sum((fit.residual * fit.weights) ** 2))
 
 
 def _too_small(fit: _Fit) -> int | None:

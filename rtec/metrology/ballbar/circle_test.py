@@ -19,6 +19,8 @@ _WIDEST_GAP_DEG = 15.0
 _FEWEST, _MOST = 90, 1800
 """Points of a revolution; where there are more, means are taken."""
 _MOST_PASSES = 40
+_ROUNDS, _MOST_OFFSET = 3, 0.2
+"""Of the search for the centre, whose offset is not more than a part of the radius."""
 _RADIUS_MM = (1.0, 10_000.0)
 _LARGEST_UM = 5000.0
 _SENSES = {1.0: "counter-clockwise", -1.0: "clockwise"}
@@ -102,6 +104,7 @@ def circle_test(
     angle, deviation, way, runs = _checked(angle_deg, deviation_um, sense, run)
     if not _RADIUS_MM[0] <= radius_mm <= _RADIUS_MM[1]:
         raise ArgumentError("radius", f"{radius_mm:g} mm", "1 mm to 10 m")
+    deviation = _straightened(np.radians(angle), deviation, radius_mm)
     said = list(notes)
     if np.count_nonzero(np.diff(way)) > _MOST_PASSES:
         order = np.lexsort((-way, runs))  # the rows of a table by angle, with both senses in turn
@@ -153,6 +156,24 @@ def _checked(
         allowed = "deviations up to 5 mm; are radius and unit right, and the lead-in cut off?"
         raise ArgumentError("deviation", "", allowed, problem=f"goes up to {largest / 1e3:.4g} mm")
     return angle, deviation, way, runs
+
+
+def _straightened(angle_rad: Floats, deviation_um: Floats, radius_mm: float) -> Floats:
+    """Return the deviation without what an offset of the centre does in second order: an oval of offset^2 / (4 R).
+
+    The angle is that of the machine's command; the length of the bar is exact.
+    """
+    along = np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    basis = np.column_stack([along, np.ones(angle_rad.size)])
+    length = radius_mm + 1e-3 * deviation_um
+    found = deviation_um
+    for _ in range(_ROUNDS):
+        offset = 1e-3 * np.linalg.lstsq(basis, found, rcond=None)[0][:2]
+        if np.hypot(*offset) > _MOST_OFFSET * radius_mm:
+            return deviation_um
+        found = 1e3 * (np.sqrt(np.maximum(length**2 - (across @ offset) ** 2, 0.0)) - radius_mm)
+    return found
 
 
 def _means(turn_rad: Floats, deviation_um: Floats, together: int) -> tuple[Floats, Floats]:

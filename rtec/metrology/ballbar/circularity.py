@@ -63,11 +63,11 @@ def circularity(test: CircleTest) -> Circularity:
     --------
     >>> from rtec.metrology.ballbar import circle_test
     >>> way = np.arange(0.0, 360.0, 0.5)
-    >>> oval = 3.0 * np.cos(np.radians(2.0 * way)) + 50.0 * np.sin(np.radians(way))
+    >>> oval = 3.0 * np.cos(np.radians(2.0 * way)) + 5.0 * np.sin(np.radians(way))
     >>> test = circle_test([*way, *way[::-1]], [*oval, *oval[::-1]], [1] * 720 + [-1] * 720, radius_mm=100.0)
     >>> found = circularity(test)
     >>> [round(x, 3) + 0.0 for x in (found.both, found.mean_radial, found.largest_radial, *found.centre)]
-    [6.0, 0.0, 3.0, 0.0, 50.0]
+    [6.0, 0.0, 3.0, 0.0, 5.0]
     """
     angle, deviation = test.angle_rad, test.deviation_um
     one, other = test.sense > 0.0, test.sense < 0.0

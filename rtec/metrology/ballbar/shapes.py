@@ -34,7 +34,7 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 
 AXES = "xy"
-SPIKE = "reversal spike"
+SPIKE, SCALING, RADIUS = "reversal spike", "scaling mismatch", "radius change"
 SPIKE_WIDTHS_DEG = (0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.0, 5.6)
 
 
@@ -91,12 +91,12 @@ def static_shapes(test: CircleTest, plays_um: dict[str, float]) -> list[Shape]:
     found = [
         Shape(name="squareness", columns=np.sin(2.0 * t)[:, None]),
         Shape(name="servo mismatch", columns=(s * np.sin(2.0 * t))[:, None]),
-        Shape(name="scaling mismatch", columns=np.cos(2.0 * t)[:, None]),
+        Shape(name=SCALING, columns=np.cos(2.0 * t)[:, None]),
         Shape(name="master-slave change-over", columns=np.sign(np.cos(2.0 * t))[:, None]),
         Shape(name="radius differs by sense", columns=s[:, None]),
     ]
     if test.radius_known:
-        found.append(Shape(name="radius change", columns=np.ones((t.size, 1))))
+        found.append(Shape(name=RADIUS, columns=np.ones((t.size, 1))))
     for axis in AXES:
         main, cross = along(axis, t)
         sharp = lost_motion(axis, t, s, 0.0, radius)
@@ -107,6 +107,16 @@ def static_shapes(test: CircleTest, plays_um: dict[str, float]) -> list[Shape]:
             Shape(name=f"straightness {axis}", columns=(cross * main**2)[:, None]),
         ]
     return found
+
+
+def scale_of(test: CircleTest, axis: str) -> Shape:
+    """Return a scaling mismatch that is the scale of one axis alone: the mean radius changes with it.
+
+    Its number is that of cos 2t, as of the scaling mismatch that leaves the mean radius as it is.
+    """
+    main, _ = along(axis, test.angle_rad)
+    sign = 2.0 if axis == "x" else -2.0
+    return Shape(name=SCALING, columns=(sign * main**2)[:, None])
 
 
 def spike_shape(test: CircleTest, axis: str, width_rad: float, rising: bool) -> Shape:

@@ -24,7 +24,10 @@ def both(one, other=None, radius_mm=150.0, noise=0.0, **more):
 def test_circular_deviation_is_the_least_of_any_centre():
     angle = np.random.default_rng(3).uniform(0.0, 2.0 * np.pi, 300)
     deviation = np.random.default_rng(4).normal(0.0, 2.0, 300) + 40.0 * np.cos(angle - 1.0)
-    size = lambda c: np.ptp(deviation - c[0] * np.cos(angle) - c[1] * np.sin(angle))  # noqa: E731
+
+    def size(centre):
+        return np.ptp(deviation - centre[0] * np.cos(angle) - centre[1] * np.sin(angle))
+
     starts = [(20.0, 30.0), (21.6, 33.7), (22.0, 34.0)]
     found = min(minimize(size, s, method="Nelder-Mead", options={"maxiter": 4000, "xatol": 1e-9}).fun for s in starts)
     assert circular_deviation(angle, deviation) == pytest.approx(found, abs=1e-3)
@@ -94,6 +97,25 @@ def test_backlash_that_differs_at_both_ends(sign):
     assert error.name == "backlash x"
     assert error.details["at_positive_end_um"] == pytest.approx(8.0 * sign, abs=0.1)
     assert error.details["at_negative_end_um"] == pytest.approx(2.0 * sign, abs=0.1)
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_scale_of_one_axis_is_one_error(axis):
+    shape = 6.0 * (np.cos(T) if axis == "x" else np.sin(T)) ** 2
+    (error,) = analysed(both(shape, noise=0.3)).errors
+    assert error.name == "scaling mismatch"
+    assert error.value == pytest.approx(12.0 if axis == "x" else -12.0, rel=0.02)  # of the diameters
+    assert error.share == 1.0
+    names = [e.name for e in analysed(both(shape - 5.0, noise=0.3)).errors]
+    assert sorted(names) == ["radius change", "scaling mismatch"]
+
+
+def test_a_centre_that_is_far_off_shows_no_oval():
+    length = np.hypot(100.0 * np.cos(T) + 0.5, 100.0 * np.sin(T) - 0.3)
+    found = analysed(both(1e3 * (length - 100.0), radius_mm=100.0, noise=0.05))
+    assert found.errors == ()
+    assert found.figures.centre == pytest.approx((500.0, -300.0), abs=0.1)
+    assert found.figures.both < 0.5
 
 
 def test_without_a_feed_servo_mismatch_is_a_length():
