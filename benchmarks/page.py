@@ -193,6 +193,11 @@ ELSEWHERE = (
         "pytest -m sweep tests/unit/toolpath/test_feed.py",
         "passes, or shows the path",
     ),
+    (
+        "which errors of a machine a circle test names, 100 games a class at 3 sigma",
+        "python benchmarks/ballbar_games.py",
+        "[circle tests](ballbar.md)",
+    ),
     ("what insertions do to an axis in motion", "python benchmarks/contour_insertions.py", "[contour](contour.md)"),
     ("what the best hour is worth", "python -m tools.rounds --games 100 --hour 40", "[rounds](rounds.md)"),
     (

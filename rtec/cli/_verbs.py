@@ -28,6 +28,7 @@ VERBS = {
     "simulate": "Send an encoder's edges through the box into the controller, compare the counts, and draw an "
     "insertion.",
     "contour": "Plan the feed of a toolpath, run it on two emulated drives, and show following and contour error.",
+    "ballbar": "Judge a circle test after ISO 230-4, and name the errors of the machine that it shows.",
     "tables": "Show what each design does to A and B, from every state and for both signs.",
     "check": "Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.",
     "envelope": "Find the largest safe encoder frequency of each design on each processor, and what breaks first.",

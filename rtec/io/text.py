@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from pathlib import Path
 
 from rtec.errors import FileFormatError
@@ -10,6 +11,7 @@ from rtec.errors import FileFormatError
 MAX_BYTES = 1 << 28
 """Largest file that is read (256 MiB, about five million rows): a bound on memory, not a property of a format."""
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f]")
+_GZIP = b"\x1f\x8b"
 _UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
 
@@ -81,7 +83,8 @@ def read_text(
 def read_any_text(path: str | Path, what: str = "a text file", *, most_bytes: int = MAX_BYTES) -> tuple[str, str]:
     r"""Return the text of a file in whatever encoding instruments write, and the name of the encoding.
 
-    UTF-8, UTF-16 (with or without a byte-order mark), or else Windows-1252, of which Latin-1 is a part.
+    UTF-8, UTF-16 (with or without a byte-order mark), or else Windows-1252, of which Latin-1 is a part. A file that
+    is compressed by gzip is read through.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def read_any_text(path: str | Path, what: str = "a text file", *, most_bytes: in
     Raises
     ------
     FileFormatError
-        The file is missing, no regular file, empty, too large, or binary.
+        The file is missing, no regular file, empty, too large (compressed or not), broken, or binary.
 
     Examples
     --------
@@ -102,6 +105,8 @@ def read_any_text(path: str | Path, what: str = "a text file", *, most_bytes: in
     ('Abweichung (µm)\n', 'windows-1252')
     """
     data = read_bytes(path, what, most_bytes=most_bytes)
+    if data.startswith(_GZIP):
+        data = _unzipped(path, data, most_bytes)
     if (wide := _utf_16(data)) is not None:
         try:
             return _lines_of(path, data.decode(wide).removeprefix("\ufeff")), "utf-16"
@@ -118,6 +123,23 @@ def read_any_text(path: str | Path, what: str = "a text file", *, most_bytes: in
         line = data.count(b"\n", 0, control.start()) + 1
         raise FileFormatError(path, line, f"byte 0x{control[0][0]:02x} is no text", "text, no binary data")
     return _lines_of(path, data.decode("windows-1252", "replace")), "windows-1252"
+
+
+def _unzipped(path: str | Path, data: bytes, most_bytes: int) -> bytes:
+    """Return what gzip has compressed, several members one after the other; never more than is allowed."""
+    found = b""
+    while data:
+        inflate = zlib.decompressobj(wbits=31)
+        try:
+            found += inflate.decompress(data, most_bytes - len(found) + 1)
+        except zlib.error as error:
+            raise FileFormatError(path, None, f"broken gzip ({error})", "a whole file; copy it again") from None
+        if len(found) > most_bytes:
+            raise FileFormatError(path, None, "unpacked it is too large", f"at most {most_bytes} bytes of text")
+        if not inflate.eof:
+            raise FileFormatError(path, None, "the gzip file is cut off", "a whole file; copy it again")
+        data = inflate.unused_data.lstrip(b"\0")
+    return found
 
 
 def _utf_16(data: bytes) -> str | None:

@@ -17,6 +17,7 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.io import read_any_text, write_lines
 from rtec.metrology.columns import quantity_of_heading
+from rtec.metrology.controller_logs.recognised import table_of_log
 from rtec.metrology.laser_file import is_laser_file, readings_of_text
 from rtec.metrology.measurement import Cells, Column, Measurement, measurement_of_readings
 from rtec.metrology.plain_numbers import shown
@@ -52,7 +53,8 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
     Parameters
     ----------
     path
-        A text file with a table in it, an .xlsx workbook, a file of the thesis's laser system or of Renishaw's.
+        A text file with a table in it (gzip, too), an .xlsx workbook, a file of the thesis's laser system or of
+        Renishaw's, a log as a controller writes it.
     choices
         What the user says of its columns.
 
@@ -94,6 +96,12 @@ def read_measurement(path: str | Path, choices: ColumnChoices = NO_CHOICES) -> M
         return Measurement(source=str(path), facts={}, columns=readings.columns, unknown={})
     if is_renishaw_file(text):
         return read_renishaw_text(path, text, choices)
+    if (log := table_of_log(path, text, choices)) is not None:
+        if choices.table is not None:
+            raise ArgumentError(
+                "--table", "", "it for a table", problem=f"means nothing for {path}, a controller's log"
+            )
+        return _of_table(log, choices, notes)
     return _of_table(one_table(tables_of_text(path, text), choices), choices, notes)
 
 
