@@ -25,6 +25,7 @@ import figures_house
 import figures_link
 import figures_live
 import figures_machine
+import figures_narx
 import figures_predictors
 import figures_signal
 import figures_train
@@ -42,6 +43,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "scan": figures_diagnosis.scan,
     "train": figures_train.train,
     "predictors": figures_predictors.predictors,
+    "narx": figures_narx.narx,
     "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,

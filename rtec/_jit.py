@@ -60,6 +60,11 @@ def helper(function: _F) -> _F:
     return _processor.part(function, _nrt=False)
 
 
+def fused_helper(function: _F) -> _F:
+    """Compile a helper in which a product and the sum it goes into may be one instruction, rounded once."""
+    return _processor.part(function, _nrt=False, fastmath={"contract"})
+
+
 def summing_helper(function: _F) -> _F:
     """Compile a helper whose sums may be made in any order, so that the compiler makes several at once."""
     return _processor.part(function, _nrt=False, fastmath={"contract", "nsz", "reassoc"})

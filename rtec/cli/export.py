@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rtec.inference.model import Model
-    from rtec.predictors import KnownPredictor, Predictor
+    from rtec.predictors import KnownPredictor, Narx, Predictor
     from rtec.study.c_source import Precision
 
 _SHORTEST_MM = 1e-3
@@ -62,7 +62,8 @@ def export(
     """Write what a model or a trained predictor says of position and direction, for another program.
 
     A table says how far its straight lines are from the model. Effects of time, temperature or speed have no place in
-    it; they are named. A trained predictor leaves as C whole: constants and one function.
+    it; they are named. A trained predictor leaves as C whole: constants and one function. So does a NARX network,
+    with a struct for its memory.
 
     Example: rtec export found.toml --linuxcnc z.comp
     Example: rtec export best.toml --c z.c --precision single
@@ -73,11 +74,15 @@ def export(
     if not files:
         raise ArgumentError("a file to write", None, "--linuxcnc F.comp, --csv F.csv or --c F.c")
     from rtec.io import write_lines
+    from rtec.predictors.narx import Narx
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
     from rtec.study.c_source import name_in_c
 
     trained = read_predictor(model) if is_predictor_file(model) else None
-    known = _error_model(model, effects) if trained is None else trained.predictor
+    if trained is not None and isinstance(trained.predictor, Narx):
+        _narx(trained, trained.predictor, files, (start_mm, end_mm), precision, model if json else None)
+        return
+    known = _error_model(model, effects) if trained is None else trained.of_position
     low_mm, high_mm = _range(known, start_mm, end_mm)
     documents: list[dict[str, Any]] = []
     for name, file in files.items():
@@ -100,6 +105,34 @@ def export(
         typer.echo(_sentence(document))
     for left in documents[-1]["left_out"]:
         note(f"{left['effect']} is not in the table: {left['why']}")
+
+
+def _narx(
+    trained: KnownPredictor,
+    narx: Narx,
+    files: dict[str, Path],
+    ends_mm: tuple[float | None, float | None],
+    precision: Precision,
+    shown: Path | None,
+) -> None:
+    """Write a NARX network, which has a C source and no table; ``shown``: the model of the JSON document."""
+    from rtec.io import write_lines
+    from rtec.study.c_source import name_in_c
+    from rtec.study.narx_source import narx_lines
+
+    others = [f"--{other}" for other in files if other != "c"]
+    others += [end for end, given in zip(("--from", "--to"), ends_mm, strict=True) if given is not None]
+    if others:
+        why = "it predicts from motion, and has no table over position"
+        raise ArgumentError(others[0], "", "--c F.c alone", why, problem="means nothing for a NARX network")
+    file = files["c"]
+    write_lines(file, narx_lines(trained, narx, name_in_c(file), precision=precision))
+    function = f"{name_in_c(file)}_step"
+    if shown is not None:
+        document = {"format": "c", "file": str(file), "function": function, "precision": precision.value}
+        print_json({"model": str(shown), "tables": [document]})
+    else:
+        typer.echo(f"{file}: {function}(), the network itself, in {precision.value} precision")
 
 
 def _predictor(

@@ -11,7 +11,8 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress, warn
-from rtec.cli._parameters import flag, force, needs, option, whole, written
+from rtec.cli._parameters import apart, flag, force, needs, option, whole, written
+from rtec.cli._train_dynamic import DynamicOptions, train_dynamic
 from rtec.cli._words import PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 _INTERRUPTED = 130
 _WHOLE_LINES = 1000
+_BUDGET_S = 40.0
 
 
 def _row(said: str) -> str:
@@ -48,12 +50,18 @@ def train(
     heldout: Path | None = option("--heldout", "FILE", "Another measurement that judges, best at other targets."),
     output: Path | None = written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",)),
     pick: str | None = option(
-        "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS), read=_row
+        "--pick", "NAME", "Write the predictor of this row instead.", complete=completing(PREDICTORS)
+    ),
+    dynamic: bool = flag("--dynamic", "DATA is the log of a drive: models of motion, compared in free run."),
+    observe: str | None = option(
+        "--observe", "QUANTITY", "Output of a model of motion: the following error without it, or any column."
     ),
     figure: Path | None = written(
         "--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES
     ),
-    budget_s: float = option("--budget", "'2 min'", "Time that all networks share.", read=_budget, default="40 s"),
+    budget_s: float | None = option(
+        "--budget", "'2 min'", "Time that all networks share: 40 s, 90 s with --dynamic.", read=_budget
+    ),
     starts: int = whole("--starts", "Trainings of a network, from other weights.", low=1, high=1000, default=10),
     thesis: bool = flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours."),
     screw_pitch: str | None = _measured.SCREW_PITCH,
@@ -67,14 +75,34 @@ def train(
     """Fit tables, physical effects and networks to one measurement, and compare them by readings that none has seen.
 
     A fifth of the places is held out, unless --heldout names another measurement. Ctrl-C ends the training and keeps
-    the best so far.
+    the best so far. With --dynamic the first half of a log trains models of motion, and the second half judges them.
 
     Example: rtec train z_axis.csv --heldout check.csv -o best.toml
     Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
-    Example: rtec train z_axis.csv --pick effects -o effects.toml --json
+    Example: rtec train --dynamic drive.csv --axis x -o motion.toml --json
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")
+    if dynamic:
+        _refuse_with_dynamic(figure, thesis, screw_pitch, counts_per_rev, effects)
+        asked = DynamicOptions(
+            observe=observe,
+            heldout=heldout,
+            output=output,
+            pick=pick,
+            budget_s=budget_s,
+            starts=starts,
+            columns=columns,
+            seed=seed,
+            force=force,
+            json=json,
+        )
+        if train_dynamic(data, asked):
+            raise typer.Exit(_INTERRUPTED)
+        return
+    if observe is not None:
+        raise needs("--observe", "--dynamic", "a predictor of positions is one of the deviation")
+    pick = None if pick is None else _row(pick)
     from rtec.dataset.dataset import warnings_of
     from rtec.training import compare_predictors
 
@@ -85,7 +113,7 @@ def train(
             given.dataset,
             given.heldout,
             effort=_effort(starts, thesis),
-            budget_s=None if thesis else budget_s,
+            budget_s=None if thesis else _BUDGET_S if budget_s is None else budget_s,
             seed=seed,
             progress=lambda what, share: show(share, what),
         )
@@ -103,6 +131,15 @@ def train(
         typer.echo(f"{output}: {made['written']}")
     if result.interrupted:
         raise typer.Exit(_INTERRUPTED)
+
+
+def _refuse_with_dynamic(
+    figure: Path | None, thesis: bool, screw_pitch: str | None, counts_per_rev: str | None, effects: Path | None
+) -> None:
+    said = {"--figure": figure, "--thesis": thesis, "--screw-pitch": screw_pitch, "--effects": effects}
+    for name, value in (said | {"--counts-per-rev": counts_per_rev}).items():
+        if value not in (None, False):
+            raise apart(name, "--dynamic")
 
 
 def _effort(starts: int, thesis: bool) -> Effort:

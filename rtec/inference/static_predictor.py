@@ -226,7 +226,7 @@ def predictor_of_file(
     left_out: tuple[LeftOut, ...] = ()
     if is_predictor_file(path):
         known = read_predictor(path)
-        predictor, interval_mm = known.predictor, known.interval_mm
+        predictor, interval_mm = known.of_position, known.interval_mm
     else:
         clock = read_toml(path).get("clock")
         model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"), library)

@@ -23,33 +23,40 @@ A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]``
 ``errors_mm`` each; of one direction, ``[forward]`` and a ``backlash``. ``tables of axes`` have a ``[[table]]`` for
 each part: ``of`` (position, position_2), perhaps a ``direction`` (forward, reverse), ``positions_mm`` and
 ``errors_mm``; or ``angles_rad`` with an ``arm`` (position_3) and its ends ``arm_mm``. Inputs of networks may be
-positions of other axes as well; ``axis`` is the number of the axis itself, where it is known.
+positions of other axes as well; ``axis`` is the number of the axis itself, where it is known. Models of motion have
+other keys (`rtec.predictors.motion_file`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.io import Section, read_toml, write_lines
 from rtec.link._frame_kernels import MOST_AXES
-from rtec.predictors._columns import column, span
+from rtec.predictors._columns import span
+from rtec.predictors._file_text import (
+    MOST_BYTES,
+    VERSION,
+    check_version,
+    entries,
+    lines_of,
+    numbers,
+    quoted,
+    whole_numbers,
+)
 from rtec.predictors.axis_tables import AxisTable, AxisTables
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
+from rtec.predictors.motion_file import KnownMotion, head_of, is_motion, read_motion, write_motion
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
+from rtec.predictors.sequences import DynamicModel
 from rtec.predictors.tables import Between, BidirectionalTable, UnidirectionalTable
 from rtec.units import LENGTH
 
-VERSION = 1
-MOST_BYTES = 16_000_000
-"""Of a file: tables of some 200 000 points in each direction."""
-NETWORKS, TABLE, AXES = "networks", "table", "tables of axes"
 _HEAD = ("predictor", "version", "name", "source", "axis", "range", "interval")
 _NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
 _TABLE = ("of", "direction", "arm", "arm_mm", "positions_mm", "errors_mm", "angles_rad")
@@ -63,7 +70,7 @@ class KnownPredictor:
     Parameters
     ----------
     predictor
-        A table or networks.
+        A table or networks; or a model of motion, which predicts from what came before.
     name, source
         What it is, and the measurement that it was fitted to.
     interval_mm
@@ -72,11 +79,25 @@ class KnownPredictor:
         Number of the axis, None where the measurement did not say it.
     """
 
-    predictor: Predictor
+    predictor: Predictor | DynamicModel
     name: str
     source: str = ""
     interval_mm: float = math.inf
     axis: int | None = None
+
+    @property
+    def of_position(self) -> Predictor:
+        """The predictor, where it is one of position and direction.
+
+        Raises
+        ------
+        ArgumentError
+            A model of motion.
+        """
+        if not isinstance(self.predictor, Predictor):
+            why = "a model of motion predicts sample by sample; rtec compare --model takes it to another log"
+            raise ArgumentError("predictor", self.name, "tables or networks over position and direction", why)
+        return self.predictor
 
 
 def is_predictor_file(path: str | Path) -> bool:
@@ -101,27 +122,20 @@ def read_predictor(path: str | Path) -> KnownPredictor:
         A value that cannot be: it names file and key.
     """
     given = read_toml(Path(path), most_bytes=MOST_BYTES)
-    kinds = {NETWORKS: ("pitch", "network"), TABLE: ("between", "backlash", "forward", "reverse")}
-    kinds[AXES] = ("table",)
     kind = given.get("predictor")
-    if not isinstance(kind, str) or kind not in kinds:
-        raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in kinds))
-    if given.get("version") != VERSION or type(given["version"]) is not int:
-        found = f"version = {given.get('version')!r}"[:80]
-        raise FileFormatError(path, None, found, f"version = {VERSION}; train it again with this rtec")
-    top = Section(path, "", given, {}, optional=(*_HEAD, *kinds[kind]))
+    if is_motion(given):
+        motion = read_motion(path)
+        return KnownPredictor(predictor=motion.model, name=motion.name, source=motion.source, axis=motion.axis)
+    if not isinstance(kind, str) or kind not in _KINDS:
+        raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in _KINDS))
+    check_version(path, given)
+    top = Section(path, "", given, {}, optional=(*_HEAD, *_KINDS[kind].keys))
     ends = top.texts("range")
     if len(ends) != 2:
         raise ArgumentError(top.where("range"), f"{len(ends)} values", "its lower and its upper end")
     low_mm, high_mm = top.quantities("range", LENGTH)
-    predictor: TrainedNetworks | UnidirectionalTable | BidirectionalTable | AxisTables
     with top.naming(range_mm="range", pitch_mm="pitch", networks="network", tables="table"):
-        if kind == NETWORKS:
-            predictor = _networks(top, low_mm, high_mm)
-        elif kind == TABLE:
-            predictor = _table(top)
-        else:
-            predictor = AxisTables(tables=tuple(_axis_tables(top)), range_mm=(low_mm, high_mm))
+        predictor = _KINDS[kind].read(top, low_mm, high_mm)
     if predictor.range_mm != (low_mm, high_mm):
         found = f"{low_mm:g} to {high_mm:g} mm"
         raise ArgumentError(top.where("range"), found, f"{predictor.range_mm[0]:g} to {predictor.range_mm[1]:g} mm")
@@ -137,28 +151,23 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     )
 
 
-def _entries(top: Section, name: str, keys: tuple[str, ...]) -> Iterator[Section]:
-    """Yield the tables ``[[name]]`` of a file."""
-    entries = top.raw(name)
-    if not isinstance(entries, list):
-        raise ArgumentError(top.where(name), repr(entries)[:60], f"tables [[{name}]]")
-    for number, entry in enumerate(entries, 1):
-        yield top.part(f"{name}[{number}]", entry, keys)
+def _axes(top: Section, low_mm: float, high_mm: float) -> AxisTables:
+    return AxisTables(tables=tuple(_axis_tables(top)), range_mm=(low_mm, high_mm))
 
 
 def _axis_tables(top: Section) -> Iterator[AxisTable]:
-    for part in _entries(top, "table", _TABLE):
+    for part in entries(top, "table", _TABLE):
         arm = part.text("arm") if part.has("arm") else None
         values = "errors_mm" if arm is None else "angles_rad"
         way = part.text("direction") if part.has("direction") else ""
         if way and way not in _WAYS:
             raise ArgumentError(part.where("direction"), repr(way)[:60], " or ".join(_WAYS))
         with part.naming(of="of", arm="arm", arm_mm="arm_mm", positions_mm="positions_mm", values=values):
-            ends = (0.0, 1.0) if arm is None else span("arm_mm", _numbers(part, "arm_mm"))
+            ends = (0.0, 1.0) if arm is None else span("arm_mm", numbers(part, "arm_mm"))
             yield AxisTable(
                 of=part.text("of"),
-                positions_mm=_numbers(part, "positions_mm"),
-                values=_numbers(part, values),
+                positions_mm=numbers(part, "positions_mm"),
+                values=numbers(part, values),
                 direction=_WAYS.get(way, 0),
                 arm=arm,
                 arm_mm=ends,
@@ -167,15 +176,15 @@ def _axis_tables(top: Section) -> Iterator[AxisTable]:
 
 def _networks(top: Section, low_mm: float, high_mm: float) -> TrainedNetworks:
     found = []
-    for part in _entries(top, "network", _NETWORK):
+    for part in entries(top, "network", _NETWORK):
         with part.naming(**{name: name for name in _NETWORK}):
             found.append(
                 LayeredNetwork(
                     inputs=tuple(part.texts("inputs")),
-                    middle=_numbers(part, "middle"),
-                    half=_numbers(part, "half"),
-                    hidden=tuple(_whole(part, "hidden")),
-                    weights=_numbers(part, "weights"),
+                    middle=numbers(part, "middle"),
+                    half=numbers(part, "half"),
+                    hidden=tuple(whole_numbers(part, "hidden")),
+                    weights=numbers(part, "weights"),
                     bias_mm=part.number("bias_mm", -1e6, 1e6),
                     factor_mm=part.number("factor_mm", -1e6, 1e6),
                 )
@@ -186,18 +195,18 @@ def _networks(top: Section, low_mm: float, high_mm: float) -> TrainedNetworks:
     return TrainedNetworks(networks=tuple(found), range_mm=(low_mm, high_mm), pitch_mm=pitch_mm)
 
 
-def _table(top: Section) -> UnidirectionalTable | BidirectionalTable:
+def _table(top: Section, low_mm: float, high_mm: float) -> UnidirectionalTable | BidirectionalTable:
     between = top.choice("between", Between) if top.has("between") else Between.LINES
     columns = ("positions_mm", "errors_mm")
     sides = {side: top.part(side, top.raw(side), columns) for side in ("forward", "reverse") if top.has(side)}
     if "forward" not in sides:
         raise FileFormatError(top.path, None, "no table [forward]", "[forward] with positions_mm and errors_mm")
-    numbers = {f"{side}_{name}": _numbers(part, name) for side, part in sides.items() for name in columns}
+    columns_of = {f"{side}_{name}": numbers(part, name) for side, part in sides.items() for name in columns}
     if "reverse" not in sides:
         with top.naming(backlash_mm="backlash", **{name: f"forward.{name}" for name in columns}):
             return UnidirectionalTable(
-                positions_mm=numbers["forward_positions_mm"],
-                errors_mm=numbers["forward_errors_mm"],
+                positions_mm=columns_of["forward_positions_mm"],
+                errors_mm=columns_of["forward_errors_mm"],
                 backlash_mm=top.quantity("backlash", LENGTH),
                 between=between,
             )
@@ -205,21 +214,7 @@ def _table(top: Section) -> UnidirectionalTable | BidirectionalTable:
         allowed = "a backlash, or a table [reverse]: the errors of both directions hold it"
         raise FileFormatError(top.path, None, "'backlash' beside [reverse]", allowed)
     with top.naming(**{f"{side}_{name}": f"{side}.{name}" for side in sides for name in columns}):
-        return BidirectionalTable(**numbers, between=between)
-
-
-def _numbers(part: Section, key: str) -> npt.NDArray[np.float64]:
-    values = part.raw(key)
-    if not isinstance(values, list) or not all(type(value) in (int, float) for value in values):
-        raise ArgumentError(part.where(key), repr(values)[:60], "a list of numbers")
-    return column(part.where(key), values)
-
-
-def _whole(part: Section, key: str) -> list[int]:
-    values = part.raw(key)
-    if not isinstance(values, list) or not all(type(value) is int for value in values):
-        raise ArgumentError(part.where(key), repr(values)[:60], "a list of whole numbers")
-    return values
+        return BidirectionalTable(**columns_of, between=between)
 
 
 def write_predictor(path: str | Path, known: KnownPredictor) -> None:
@@ -228,7 +223,7 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     Raises
     ------
     ArgumentError
-        A predictor that is neither a table nor networks.
+        A predictor that is neither a table nor networks nor a model of motion.
     OutputError
         The file cannot be written.
 
@@ -242,27 +237,28 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     True
     """
     predictor = known.predictor
-    if isinstance(predictor, TrainedNetworks):
-        kind, body = NETWORKS, _network_lines(predictor)
-    elif isinstance(predictor, UnidirectionalTable | BidirectionalTable):
-        kind, body = TABLE, _table_lines(predictor)
-    elif isinstance(predictor, AxisTables):
-        kind, body = AXES, _axis_lines(predictor)
-    else:
+    kind = next((name for name, each in _KINDS.items() if isinstance(predictor, each.of)), None)
+    if not isinstance(predictor, Predictor):
+        motion = KnownMotion(
+            model=predictor, head=head_of(predictor), name=known.name, source=known.source, axis=known.axis
+        )
+        write_motion(path, motion)
+        return
+    if kind is None:
         raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
     low_mm, high_mm = predictor.range_mm
-    lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {_text(known.name)}"]
-    lines += [f"source = {_text(known.source)}"] if known.source else []
+    lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {quoted(known.name)}"]
+    lines += [f"source = {quoted(known.source)}"] if known.source else []
     lines += [f"axis = {known.axis}"] if known.axis is not None else []
     lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
     lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
-    write_lines(path, [*lines, *body])
+    write_lines(path, [*lines, *_KINDS[kind].lines(predictor)])
 
 
 def _network_lines(predictor: TrainedNetworks) -> Iterator[str]:
     yield f'pitch = "{predictor.pitch_mm!r} mm"'
     for network in predictor.networks:
-        yield from ("", "[[network]]", *_lines_of({key: getattr(network, key) for key in _NETWORK}))
+        yield from ("", "[[network]]", *lines_of({key: getattr(network, key) for key in _NETWORK}))
 
 
 def _table_lines(table: UnidirectionalTable | BidirectionalTable) -> Iterator[str]:
@@ -272,7 +268,7 @@ def _table_lines(table: UnidirectionalTable | BidirectionalTable) -> Iterator[st
         yield f'backlash = "{table.backlash_mm!r} mm"'
         del own[1]
     for side, (positions, errors) in zip(_WAYS, own, strict=False):
-        yield from ("", f"[{side}]", *_lines_of({"positions_mm": positions, "errors_mm": errors}))
+        yield from ("", f"[{side}]", *lines_of({"positions_mm": positions, "errors_mm": errors}))
 
 
 def _axis_lines(predictor: AxisTables) -> Iterator[str]:
@@ -285,20 +281,26 @@ def _axis_lines(predictor: AxisTables) -> Iterator[str]:
             told |= {"arm": table.arm, "arm_mm": table.arm_mm}
         told["positions_mm"] = table.positions_mm
         told["errors_mm" if table.arm is None else "angles_rad"] = table.values
-        yield from ("", "[[table]]", *_lines_of(told))
+        yield from ("", "[[table]]", *lines_of(told))
 
 
-def _lines_of(values: Mapping[str, object]) -> Iterator[str]:
-    return (f"{key} = {_shown(value)}" for key, value in values.items())
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Kind:
+    """How one kind of predictor stands in a file: what it is, its own keys, and from and to TOML."""
+
+    of: tuple[type, ...]
+    keys: tuple[str, ...]
+    read: Callable[[Section, float, float], Predictor]
+    lines: Callable[[Any], Iterator[str]]
 
 
-def _shown(value: object) -> str:
-    """Return a text, a number or a list of them as it stands in the file."""
-    if isinstance(value, np.ndarray | tuple):
-        return "[" + ", ".join(map(_shown, np.asarray(value).tolist())) + "]"
-    return _text(value) if isinstance(value, str) else repr(value)
-
-
-def _text(value: str) -> str:
-    plain = "".join(letter if letter.isprintable() and letter not in '"\\' else "?" for letter in value)
-    return f'"{plain[:200]}"'
+_KINDS = {
+    "networks": _Kind(of=(TrainedNetworks,), keys=("pitch", "network"), read=_networks, lines=_network_lines),
+    "table": _Kind(
+        of=(UnidirectionalTable, BidirectionalTable),
+        keys=("between", "backlash", "forward", "reverse"),
+        read=_table,
+        lines=_table_lines,
+    ),
+    "tables of axes": _Kind(of=(AxisTables,), keys=("table",), read=_axes, lines=_axis_lines),
+}

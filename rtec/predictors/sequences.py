@@ -96,3 +96,19 @@ class DynamicModel(Protocol):
 
         The first `lags` samples of each run are as measured; no later one is looked at.
         """
+
+
+def check_same(data: Sequences, *, names: tuple[str, ...], period_s: float, unit: str) -> None:
+    """Refuse data that are not of the kind that a model was trained on.
+
+    Raises
+    ------
+    ArgumentError
+        Other inputs, another period, or another unit.
+    """
+    if data.names != names:
+        raise ArgumentError("inputs", ", ".join(data.names)[:60] or "none", ", ".join(names))
+    if abs(data.period_s - period_s) > 1e-6 * period_s:
+        raise ArgumentError("period_s", f"{data.period_s:g} s", f"{period_s:g} s, that of the training")
+    if data.unit != unit:
+        raise ArgumentError("unit", data.unit[:20], f"{unit}, that of the training")

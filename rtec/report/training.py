@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE
@@ -73,10 +74,33 @@ def training_table(result: PredictorComparison, width: int | None = None) -> Tab
     """
     judge = "held\nout, µm" if result.parts.heldout_by == "places" else "other\nfile, µm"
     headings = ("predictor", "fitted\nµm", judge, "worst\nµm", "90 %\n± µm", "held", "numbers", "fit", "ns")
-    cells = [_cells(row) for row in result.ranked]
+    styles = ["bold green" if row is result.best else "" if row.works else "dim" for row in result.ranked]
+    return figures_table(headings, [_cells(row) for row in result.ranked], styles, _LEAST_FIRST, width)
+
+
+def figures_table(
+    headings: Sequence[str],
+    cells: Sequence[Sequence[str]],
+    styles: Sequence[str],
+    least_first: Sequence[int],
+    width: int | None,
+) -> Table:
+    """Return a table of names and figures that does without what says least on a narrow terminal.
+
+    Parameters
+    ----------
+    headings
+        Of the columns, in one line or two.
+    cells, styles
+        What stands in each row, and how it looks.
+    least_first
+        Columns in the order in which a narrow terminal does without; the caption names them.
+    width
+        Of the terminal; None: all columns.
+    """
     wide = [max(_length(heading), *(len(row[column]) for row in cells)) for column, heading in enumerate(headings)]
     shown = list(range(len(headings)))
-    for least in _LEAST_FIRST:
+    for least in least_first:
         if width is not None and sum(wide[column] + 1 for column in shown) > width + 1:
             shown.remove(least)
     left_out = [headings[column].replace("\n", " ") for column in range(len(headings)) if column not in shown]
@@ -87,8 +111,7 @@ def training_table(result: PredictorComparison, width: int | None = None) -> Tab
         table.add_column(
             headings[column], justify="right" if column else "left", no_wrap=True, min_width=wide[column]
         )
-    for row, text in zip(result.ranked, cells, strict=True):
-        style = "bold green" if row is result.best else "dim" if not row.works else ""
+    for text, style in zip(cells, styles, strict=True):
         table.add_row(*(text[column] for column in shown), style=style)
     return table
 

@@ -30,6 +30,7 @@ from rtec.study.compensation import Compensation
 
 Range = tuple[float, float]
 
+_TEMPLATE = "c_source.c.j2"
 _LONGEST_LONG = 2**31 - 2
 """Turns of the screw that a ``long`` can count wherever C99 runs."""
 
@@ -60,7 +61,12 @@ class Precision(Enum):
         """
         if self is Precision.DOUBLE:
             return text
-        text = text.replace("double", "float").replace("exp(", "expf(")
+        text = (
+            text.replace("double", "float")
+            .replace("exp(", "expf(")
+            .replace("tanh(", "tanhf(")
+            .replace("tanh(", "tanhf(")
+        )
         return re.sub(r"\b\d+\.\d+\b", lambda found: found[0] + "f", text)
 
 
@@ -137,7 +143,7 @@ def predictor_lines(
         *_on_precision(held_mm, precision),
         f"Nothing is allocated, and {library}.",
     )
-    yield from _file(name, head, precision, **body)
+    yield from source_file(_TEMPLATE, name, head, precision, **body)
 
 
 def compensation_lines(table: Compensation, name: str, *, precision: Precision = Precision.DOUBLE) -> Iterator[str]:
@@ -161,7 +167,7 @@ def compensation_lines(table: Compensation, name: str, *, precision: Precision =
         *_on_precision((table.position_mm[0], table.position_mm[-1]), precision),
         *(f"Left out: {one.effect}, {one.why}." for one in table.left_out),
     )
-    yield from _file(name, head, precision, **_table(forward, reverse, None))
+    yield from source_file(_TEMPLATE, name, head, precision, **_table(forward, reverse, None))
 
 
 def _within(range_mm: Range, outer_mm: Range) -> Range:
@@ -183,7 +189,7 @@ def _on_precision(range_mm: Range, precision: Precision) -> tuple[str, ...]:
     return (f"In single precision a position near {far_mm:.6g} mm has steps of {step_um:.2g} um.",)
 
 
-def _file(name: str, head: Iterable[str], precision: Precision, **body: object) -> Iterator[str]:
+def source_file(template: str, name: str, head: Iterable[str], precision: Precision, **body: object) -> Iterator[str]:
     """Yield the comment at the top and the code; its template says what it is made of."""
     import jinja2  # noqa: PLC0415 - a tenth of a second, needed only where a source is written
 
@@ -198,7 +204,7 @@ def _file(name: str, head: Iterable[str], precision: Precision, **body: object) 
     for before, line in zip(itertools.chain(["/* "], itertools.repeat("   ")), head, strict=False):
         yield before + _comment(line)
     yield "*/"
-    code = precision.code(environment.get_template("c_source.c.j2").render(**body))
+    code = precision.code(environment.get_template(template).render(**body))
     yield from code.replace("@", name).splitlines()
 
 

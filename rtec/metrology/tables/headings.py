@@ -153,6 +153,8 @@ def _quantity(words: list[str], unit: str | None) -> str | None:
     said = set(words)
     if not said or said & STATISTIC or said & ANOTHER_ERROR:
         return None
+    if words == ["command"] and not _fits("target", unit):
+        return None  # a commanded voltage is no target: kept under its heading, as `rtec train --dynamic` wants it
     if said & TARGET and said & ACTUAL and not said & DEVIATION:
         return _difference(words)
     alone = len(words) == 1 and unit is not None
