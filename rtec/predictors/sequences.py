@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence as TypingSequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -78,6 +79,24 @@ class Sequences:
         """Return each run on its own."""
         ends = (*self.starts[1:], len(self))
         return [self.part(first, end) for first, end in zip(self.starts, ends, strict=True)]
+
+
+def joined(parts: TypingSequence[Sequences]) -> Sequences:
+    """Return one after the other, each with runs of its own.
+
+    Examples
+    --------
+    >>> part = Sequences(inputs=np.ones((5, 1)), output=np.zeros(5), names=("command",), period_s=1e-3)
+    >>> joined([part, part]).starts
+    (0, 5)
+    """
+    begins = np.cumsum([0, *map(len, parts)])[:-1].tolist()
+    return replace(
+        parts[0],
+        inputs=np.concatenate([part.inputs for part in parts]),
+        output=np.concatenate([part.output for part in parts]),
+        starts=tuple(begin + start for begin, part in zip(begins, parts, strict=True) for start in part.starts),
+    )
 
 
 class DynamicModel(Protocol):

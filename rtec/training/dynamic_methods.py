@@ -11,19 +11,23 @@ import numpy as np
 
 from rtec.errors import ArgumentError
 from rtec.predictors.drive_model import MOTION, DriveModel
-from rtec.predictors.fitting.drive_model import fit_drive
+from rtec.predictors.fitting.drive_model import fit_drive, goes_both_ways
 from rtec.predictors.fitting.linear_models import choose_arx, fit_arx, fit_servo_lag
 from rtec.predictors.fitting.narx import NarxStart, fit_narx
 from rtec.predictors.linear_models import Held
 from rtec.predictors.model_sum import ModelSum, left_by
 from rtec.predictors.narx import Narx, NarxShape
-from rtec.predictors.sequences import DynamicModel, Sequences
+from rtec.predictors.sequences import DynamicModel, Sequences, joined
 from rtec.training.dynamic_results import DynamicKind
 
 NEURONS = (4, 8)
 """Sizes that are tried."""
 DELAYS = 4
 """Of inputs and output, as in Erwinski et al. 2016: inputs 0 to 3 samples old, outputs 1 to 4."""
+_EPOCHS, _EPOCH_S = 330, 2.5e-6
+"""Of a training; a sample of an epoch on a usual machine."""
+_LEAST_SHARE = 5
+"""Percent of the samples that a network sees at least."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -151,6 +155,8 @@ def _physical(task: DynamicTask) -> DynamicFit:
         f"{damping / (2.0 * np.sqrt(stiffness)):.2g}, friction {found.coulomb:.3g} and offset {found.offset:.3g} "
         "(unit of position/s²: per unit of mass)"
     ]
+    if not goes_both_ways(task.train):
+        notes.append("the training part goes one way only: friction is taken to be the same the other way")
     return DynamicFit(model=found, judged=judged, notes=tuple(notes))
 
 
@@ -202,22 +208,33 @@ def _network(task: DynamicTask, data: Sequences, name: str) -> tuple[Narx, tuple
     ]
     sizes = [shape.neurons for shape in shapes if shape.weights <= len(task.fit)] or [NEURONS[0]]
     clock = _Clock(task, name)
+    used, notes = _affordable(task, data)
     with _within_time(clock):
         found = fit_narx(
-            data,
+            used,
             neurons=sizes,
             input_delays=range(DELAYS),
             feedback_delays=range(1, DELAYS + 1),
             starts=task.starts,
             seed=task.seed,
-            validation=len(task.validate) / len(data),
+            validation=len(task.validate) / len(used),
             progress=clock.watch,
         )
     ended = sum(start.weights is not None for start in found.starts)
-    note = (
-        f"{found.start.neurons} neurons, the best of {ended} trainings; delays 0 to 3 of inputs, 1 to 4 of the output"
-    )
-    return found.narx, (note,), found.interrupted and not clock.rings
+    neurons = found.narx.shape.neurons
+    note = f"{neurons} neurons, the best of {ended} trainings; delays 0 to 3 of inputs, 1 to 4 of the output"
+    return found.narx, (note, *notes), found.interrupted and not clock.rings
+
+
+def _affordable(task: DynamicTask, data: Sequences) -> tuple[Sequences, list[str]]:
+    """Return no more of the first part than a training gets through within its time, and the validation part."""
+    most = (task.until_s - time.perf_counter()) / (_EPOCHS * _EPOCH_S)
+    whole = len(task.fit)
+    if not 0.0 < most < whole:
+        return data, []
+    some = max(int(most), _LEAST_SHARE * whole // 100)
+    note = f"--budget lets a network see the first {some} of {whole} samples; a larger one shows more"
+    return joined([data.part(0, some), data.part(whole, len(data))]), [note]
 
 
 def _narx(task: DynamicTask) -> DynamicFit:

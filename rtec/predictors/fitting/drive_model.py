@@ -17,6 +17,8 @@ _CUTOFFS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # of the filter of the regress
 _WIDTHS = (0.002, 0.02, 0.1)  # of the rounded sign, of the largest speed
 _STIFF = (0.03, 0.1, 0.3, 1.0)  # of the sampling rate: loops too fast for the samples, in rad/s
 _RATIOS = (0.1, 50.0)  # of damping: a position loop that works
+_OTHER_WAY = 0.02  # of the samples in motion that go the other way: fewer tell nothing of it
+_ONE_WAY = 1e5  # times as much are offset and asymmetry held down where nothing tells them from friction
 _HELD_DOWN = 1e-4  # of the error that friction causes, beside the error that is left
 _SHORTEST, _ENDS = 60, 20  # samples of a run that is filtered, and those at either end that are not used
 _FEW = 5_000  # samples that the first look takes
@@ -57,7 +59,7 @@ def fit_drive(
     is (state variable filters; Garnier and Wang, Identification of Continuous-time Models from Sampled Data, chapter
     1). A drive that is faster than the samples shows only its steady motion, where the error is
     ``(damping - velocity_forward) / stiffness`` times the velocity, and so on. Of all these beginnings those with the
-    best free runs are refined by `least_squares`.
+    best free runs are refined by `least_squares`. Where the command goes one way only, offset and asymmetry stay 0.
     """
     if not set(MOTION) <= set(data.names):
         raise ArgumentError("inputs", ", ".join(data.names), "a commanded velocity and acceleration")
@@ -80,6 +82,13 @@ def fit_drive(
         raise ArgumentError("drive", "diverged in free run", "a log of a drive under a position controller")
     progress(1.0)
     return drive
+
+
+def goes_both_ways(data: Sequences) -> bool:
+    """Whether a command moves in both directions: else an offset and an asymmetry are not told from friction."""
+    velocity = data.inputs[:, data.names.index(MOTION[0])]
+    fast = velocity[np.abs(velocity) > 0.01 * _speed(data)]
+    return min(int(np.sum(fast > 0.0)), int(np.sum(fast < 0.0))) > _OTHER_WAY * fast.size
 
 
 def _beginnings(data: Sequences, output_per_error: float) -> list[DriveModel]:
@@ -130,7 +139,9 @@ def _steady_columns(data: Sequences, width: float) -> Floats:
     """Return what a following error in steady motion is made of, over the stiffness, shape (samples, columns)."""
     velocity, acceleration = (data.inputs[:, data.names.index(name)] for name in MOTION)
     pushes = [-data.inputs[:, place] for place, name in enumerate(data.names) if name not in MOTION]
-    columns = [velocity, acceleration, np.tanh(velocity / width), np.ones(len(data)), np.abs(velocity), *pushes]
+    told = float(goes_both_ways(data))
+    one, size = np.full(len(data), told), told * np.abs(velocity)
+    columns = [velocity, acceleration, np.tanh(velocity / width), one, size, *pushes]
     return np.stack(columns, axis=1)
 
 
@@ -141,6 +152,7 @@ def _filtered(data: Sequences, output_per_error: float, cutoff: float, width: fl
     low_pass = butter(3, 2.0 * cutoff, output="sos")
     motion = [data.names.index(name) for name in MOTION]
     others = [place for place in range(len(data.names)) if place not in motion]
+    told = float(goes_both_ways(data))
     tables, wanted = [], []
     for run in data.runs():
         if len(run) < _SHORTEST:
@@ -150,8 +162,8 @@ def _filtered(data: Sequences, output_per_error: float, cutoff: float, width: fl
         slope = np.gradient(error, data.period_s)
         speed = velocity - slope
         friction = sosfiltfilt(low_pass, np.tanh(speed / width))
-        one = np.ones(len(run))
-        columns = [error, -speed, velocity, acceleration, -friction, -one, -np.abs(speed), *pushes]
+        one, size = np.full(len(run), told), told * np.abs(speed)
+        columns = [error, -speed, velocity, acceleration, -friction, -one, -size, *pushes]
         tables.append(np.stack(columns, axis=1)[_ENDS:-_ENDS])
         wanted.append((acceleration - np.gradient(slope, data.period_s))[_ENDS:-_ENDS])
     if not tables:
@@ -191,12 +203,13 @@ def _refined(start: DriveModel, data: Sequences, rounds: int) -> tuple[DriveMode
     """Return the drive that `least_squares` reaches from another one, and its sum of squares.
 
     Stiffness, damping ratio and width are fitted by their logarithms. What friction adds to the error is held down
-    ever so little: where motion goes one way, Coulomb friction and offset are the same, and would grow without end.
+    ever so little, or numbers that cancel each other would grow without end.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - 0.5 s, for those who train
 
     speed = _speed(data)
-    weight = _HELD_DOWN * np.sqrt(len(data)) * start.output_per_error
+    weight = _HELD_DOWN * np.sqrt(len(data)) * start.output_per_error * np.ones(3)
+    weight[1:] *= 1.0 if goes_both_ways(data) else _ONE_WAY
 
     def drive_of(z: Floats) -> DriveModel:
         stiffness, ratio, width = np.exp(np.clip(z[:3], -60.0, 60.0)).tolist()

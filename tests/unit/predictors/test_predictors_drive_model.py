@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from rtec.errors import ArgumentError
 from rtec.predictors.drive_model import MOTION, DriveModel
-from rtec.predictors.fitting.drive_model import fit_drive
+from rtec.predictors.fitting.drive_model import fit_drive, goes_both_ways
 from rtec.predictors.sequences import Sequences
 
 PERIOD_S = 2e-3
@@ -94,6 +94,21 @@ def test_the_drive_is_found_again_from_its_motion(data):
     assert found.gains[0] == pytest.approx(GAIN, rel=0.02)
     again = fit_drive(data, output_per_error=1e3, start=found)
     assert again.stiffness == pytest.approx(found.stiffness, rel=1e-2)
+
+
+def test_friction_that_was_seen_one_way_is_taken_for_the_other_way():
+    """Offset and Coulomb friction are the same there; a fit that shared them out would be far off behind a turn."""
+    t, inputs = motion(700, begin_s=0.2)
+    inputs[:, :2] += [[130.0, 0.0]]
+    symmetric = drive(offset=0.0, asymmetry=0.0)
+    start = np.zeros(700)
+    one_way = Sequences(inputs=inputs, output=start, names=NAMES, period_s=PERIOD_S)
+    assert not goes_both_ways(one_way)
+    one_way = Sequences(inputs=inputs, output=symmetric.free_run(one_way), names=NAMES, period_s=PERIOD_S)
+    found = fit_drive(one_way, output_per_error=1e3)
+    assert (found.offset, found.asymmetry) == pytest.approx((0.0, 0.0), abs=0.1)
+    turned = Sequences(inputs=-inputs, output=start, names=NAMES, period_s=PERIOD_S)
+    assert found.free_run(turned)[50:] == pytest.approx(symmetric.free_run(turned)[50:], abs=5.0)
 
 
 def test_a_drive_that_diverges_is_no_number_from_there_on(data):
