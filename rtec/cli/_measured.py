@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from rtec.cli._compare_motion import is_motion_model
 from rtec.cli._groups import OptionGroup
 from rtec.cli._parameters import apart, flag, option, whole
 from rtec.errors import ArgumentError
@@ -19,6 +20,7 @@ from rtec.units import NUMBER
 
 if TYPE_CHECKING:
     from rtec.dataset.dataset import Dataset
+    from rtec.effects import Library
     from rtec.inference.model import Model
     from rtec.metrology import ColumnChoices
 
@@ -145,6 +147,8 @@ class MeasuredOptions(OptionGroup):
         if heldout is not None:
             choices = dataclasses.replace(choices, of_several=True)
         library = library_of_file(self.effects)
+        if model is not None and is_motion_model(model):
+            return self._left_by_motion(data, model, choices, facts, library)
         wanted = self.observe if self.observe is not None or model is None else read_observe(model)
         with _naming("--observe", "--observe" if self.observe is not None else f"{model}: observe"):
             dataset = load_dataset(data, observe=wanted, facts=facts, choices=choices, library=library)
@@ -159,6 +163,25 @@ class MeasuredOptions(OptionGroup):
         if self.lock:
             dataset, other = locked(dataset)
         return Inputs(dataset=dataset, model=known, heldout=other, locked=self.lock)
+
+    def _left_by_motion(
+        self, data: Path, model: Path, choices: ColumnChoices, facts: dict[str, str], library: Library
+    ) -> Inputs:
+        """Return what a model of motion leaves of a log as what is to be explained."""
+        from rtec.dataset.many_rows import locked
+        from rtec.dataset.motion_residual import residual_dataset
+        from rtec.predictors.motion_file import read_motion
+
+        if self.observe is not None:
+            raise apart("--observe", "a model of motion", "what it leaves is explained")
+        known = read_motion(model)
+        dataset = residual_dataset(known, data, facts=facts, choices=choices, library=library)
+        other = None
+        if self.heldout is not None:
+            other = residual_dataset(known, self.heldout, facts=facts, choices=choices, library=library, like=dataset)
+        elif self.lock:
+            dataset, other = locked(dataset)
+        return Inputs(dataset=dataset, model=None, heldout=other, locked=self.lock)
 
 
 @contextmanager

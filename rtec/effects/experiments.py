@@ -158,6 +158,11 @@ SPEEDS_OVER_ANGLES = (
     "turn over a wide range of angles at several speeds in both directions: a weight depends on the angle alone, "
     "friction on the speed and the direction alone"
 )
+SPEEDS_OF_SCREW = (
+    "move at several constant speeds from creep to the highest: what a runout of the screw leaves grows until the "
+    "position loop is too slow for it, and stays; what a torque ripple leaves falls again at high speed; an error of "
+    "the scale is the same at each"
+)
 
 ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
     {
@@ -191,6 +196,7 @@ ASKS: Mapping[str, frozenset[Ask]] = MappingProxyType(
         WHOLE_TURN: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
         OTHER_WEIGHT: frozenset((Ask.WHOLE_TURN, Ask.BOTH_DIRECTIONS)),
         SPEEDS_OVER_ANGLES: frozenset((Ask.WHOLE_TURN, Ask.SPEEDS, Ask.BOTH_DIRECTIONS)),
+        SPEEDS_OF_SCREW: frozenset((Ask.SPEEDS, Ask.CREEP, Ask.BOTH_DIRECTIONS)),
     }
 )
 """What each experiment asks of a measuring plan; nothing where no plan can say it, but a person can do it."""
@@ -283,6 +289,9 @@ CONFOUNDED: tuple[tuple[str, Rival], ...] = (
     ("inertia", Rival("gravity", TWO_STROKES)),
     ("inertia", Rival("force_map", TWO_STROKES)),
     ("coulomb", Rival("load_friction", SEVERAL_LOADS)),
+    ("screw_runout", Rival("torque_ripple", SPEEDS_OF_SCREW)),
+    ("screw_runout", Rival("cyclic", SPEEDS_OF_SCREW)),
+    ("torque_ripple", Rival("cyclic", SPEEDS_OF_SCREW)),
 )
 """Each pair once; an effect looks at its rivals in this order."""
 

@@ -34,10 +34,12 @@ from rtec.effects.refraction import Refraction
 from rtec.effects.reversal_spike import ReversalSpike
 from rtec.effects.run_offset import RunOffset
 from rtec.effects.scale import scale
+from rtec.effects.screw_runout import ScrewRunout
 from rtec.effects.servo_lag import servo_lag
 from rtec.effects.stribeck import Stribeck
 from rtec.effects.thermal_growth import ThermalGrowth
 from rtec.effects.thermal_shift import ThermalShift
+from rtec.effects.torque_ripple import TorqueRipple
 from rtec.effects.viscous import Viscous
 from rtec.effects.warm_up import WarmUp
 from rtec.effects.warm_up_growth import WarmUpGrowth
@@ -163,6 +165,9 @@ LIBRARY = Library(
     )
 )
 """One of each effect: those of the position's deviation, then those of a drive."""
+
+OF_LOOP: tuple[Effect, ...] = (ScrewRunout(), TorqueRipple())
+"""What the position loop answers: looked for in what a model of motion leaves, where the loop itself is known."""
 
 CAPTURE_EFFECTS = ("phase_error", "duty_error", "jitter", "glitch", "bounce", "missed_edge", "skew")
 """Names of effects that belong to captures of A/B signals, not to measurements of an axis."""

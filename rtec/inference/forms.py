@@ -224,6 +224,11 @@ def _unseen_windups(conditions: Conditions) -> Sequence[Shape]:
     return [WindupShape(way, carried) for way in unseen_distances(conditions) for carried in (False, True)]
 
 
+def _beside_its_rival(other: str, amplitudes: Floats, others: Mapping[str, Floats]) -> str | None:
+    """Return that two causes of one turn are one: the second takes what the form of the first lacks."""
+    return f"beside the {other.replace('_', ' ')} it is what the form of that lacks" if other in others else None
+
+
 # heat and time
 
 
@@ -315,6 +320,8 @@ FORMS: Mapping[str, Forms] = MappingProxyType(
         "warm_up": Forms(doubtful=_brief, contains=("drift",)),
         "warm_up_growth": Forms(doubtful=_brief, implausible=_no_growth, contains=("scale",)),
         "lost_counts": Forms(doubtful=_takes_time, softer=_spread_out, at_most=3),
+        "screw_runout": Forms(misnamed=partial(_beside_its_rival, "torque_ripple")),
+        "torque_ripple": Forms(misnamed=partial(_beside_its_rival, "screw_runout")),
         "stribeck": Forms(closer=partial(BuildsUp.variants, Stribeck())),
     }
 )

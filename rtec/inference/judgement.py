@@ -60,6 +60,7 @@ from rtec.inference.results import Candidate, Diagnosis, Experiment, NoiseFloor,
 from rtec.inference.rules import signs_of
 from rtec.inference.scored import Scored, best_of_names
 from rtec.inference.search import Search
+from rtec.inference.skew import tried_as_skew
 from rtec.inference.space import Choice
 
 HARD_TO_SEE = 3.0
@@ -120,7 +121,7 @@ def judged(found: Finding) -> Diagnosis:
     verdict = _verdict(
         unknown, bool(tied or aliases) and named, named, knows_the_floor(judge, model, floor), doubtful
     )
-    return Diagnosis(
+    diagnosis = Diagnosis(
         verdict=verdict,
         dataset=dataset,
         heldout=found.heldout,
@@ -154,6 +155,7 @@ def judged(found: Finding) -> Diagnosis:
         curve=learned_curve(found) if found.searched and verdict is Verdict.UNKNOWN else None,
         unseen_periods=unseen_periods(dataset.coordinates),
     )
+    return tried_as_skew(diagnosis)
 
 
 def _complete_instead(search: Search, model: Scored) -> Scored:

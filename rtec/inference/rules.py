@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtec.effects import Observable, Over
+from rtec.effects import CyclicShape, Observable, Over
+from rtec.effects._loop import LoopShape
 from rtec.effects.inertia import share_with_position
 from rtec.inference.completeness import (
     Sign,
@@ -107,6 +108,8 @@ def _negative(gate: Gate, model: Scored, k: int) -> str | None:
 def _crowded(gate: Gate, model: Scored, k: int) -> str | None:
     effect, shape = model.choices[k]
     others = [s for i, (e, s) in enumerate(model.choices) if i != k and e.name == effect.name]
+    if effect.is_wave:  # what a loop leaves of a turn is a wave of that period
+        others += [CyclicShape(s.period) for _, s in model.choices if isinstance(s, LoopShape)]
     finest = min((finest_drawn(s) for e, s in model.choices if effect.name in forms_of(e).contains), default=np.inf)
     return forms_of(effect).crowded(gate.space.dataset.conditions, shape, others, finest)
 

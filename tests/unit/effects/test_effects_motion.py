@@ -14,7 +14,7 @@ from rtec.effects.force_offset import ForceOffset
 from rtec.effects.inertia import Inertia
 from rtec.effects.servo_lag import servo_lag
 from rtec.effects.stribeck import Stribeck, StribeckShape
-from rtec.effects.viscous import Viscous
+from rtec.effects.viscous import Viscous, ViscousShape
 
 WavesShape = Cogging().shape_type
 
@@ -62,14 +62,15 @@ def test_a_slide_on_a_spring_lags_by_its_inertia():
 
 def test_the_forces_of_a_drive_move_the_slide():
     """A slide integrated under a known force: what the effects add at its motion is that force again."""
-    mass, viscous, coulomb, asymmetry = 0.1, 0.2, 20.0, 0.03
+    mass, viscous, fade, coulomb, asymmetry = 0.1, 0.2, 150.0, 20.0, 0.03
     peak, slow, weight, cog, pitch = 8.0, 3.0, -4.0, 2.5, 12.0
     step, count = 1e-5, 200_000
     x, v = 0.0, 5.0
     xs, vs, forces = np.empty(count), np.empty(count), np.empty(count)
     for i in range(count):
         force = 60.0 * np.sin(2 * np.pi * 1.5 * i * step)
-        friction = viscous * v + asymmetry * abs(v) + np.sign(v) * (coulomb + peak * np.exp(-((v / slow) ** 2)))
+        friction = viscous * v / (1.0 + (v / fade) ** 2) + asymmetry * abs(v)
+        friction += np.sign(v) * (coulomb + peak * np.exp(-((v / slow) ** 2)))
         xs[i], vs[i], forces[i] = x, v, force
         a = (force - friction - weight - cog * np.sin(2 * np.pi * x / pitch)) / mass
         x, v = x + step * v, v + step * a
@@ -87,7 +88,7 @@ def test_the_forces_of_a_drive_move_the_slide():
     assert c.both_directions
     parts = [
         (Inertia(), Shape(), [mass]),
-        (Viscous(), Shape(), [viscous]),
+        (Viscous(), ViscousShape(fade), [viscous]),
         (Coulomb(), BuildUpShape(), [coulomb]),
         (AsymmetricFriction(), Shape(), [asymmetry]),
         (Stribeck(), StribeckShape(speed=slow), [peak]),

@@ -7,6 +7,7 @@ import pytest
 from inference_oracle import SIGMA, covariance, left_out_residual, measured, one_chain, whitened
 
 from rtec.effects import BuildUpShape, Observable, Shape, effect_named
+from rtec.effects.viscous import ViscousShape
 from rtec.inference.chessboard import FOLDS, board_of, gain_between, held_out_residual, passes_of
 from rtec.inference.evidence import SCALES
 from rtec.inference.scored import Judge
@@ -88,7 +89,7 @@ def test_held_out_residuals_of_a_force_are_those_of_literal_refits():
     data = measured(TILTED, runs=3, targets=9, rho=0.9, white=0.3)
     moving = replace(data.conditions, velocity=20.0 * data.conditions.direction)
     data = replace(data, observable=Observable.DRIVE, conditions=moving)
-    choices = [(effect_named("viscous"), Shape()), (effect_named("coulomb"), BuildUpShape())]
+    choices = [(effect_named("viscous"), ViscousShape()), (effect_named("coulomb"), BuildUpShape())]
     judge, board = judge_of(data), board_of(data)
     model = judge.score(choices)
     parts = judge.space.parts_of(choices)

@@ -162,7 +162,7 @@ def test_amplitudes_that_cannot_be_negative_stay_at_zero():
     observed = -2.0 * speed + 3.0 * push
     data = replace(data, observable=Observable.DRIVE, conditions=conditions, observed=observed)
     judge = Judge(Space(data))
-    terms, datum = fitted_terms(judge, judge.score([(friction, Shape()), (inertia, Shape())]))
+    terms, datum = fitted_terms(judge, judge.score([(friction, friction.shape_type()), (inertia, Shape())]))
     # with the friction at its bound, the rest is the fit of the inertia alone
     assert terms[0].amplitudes[0] == pytest.approx(0.0, abs=1e-12)
     assert terms[1].amplitudes[0] == pytest.approx(float(push @ observed / (push @ push)), rel=1e-6)

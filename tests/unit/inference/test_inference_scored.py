@@ -7,6 +7,7 @@ import pytest
 from inference_oracle import SIGMA, covariance, log_marginal, measured, one_chain
 
 from rtec.effects import Observable, Shape, effect_named
+from rtec.effects.viscous import ViscousShape
 from rtec.inference.colour import COLOURS
 from rtec.inference.evidence import SCALES, best_scales
 from rtec.inference.scored import Judge
@@ -52,7 +53,7 @@ def test_a_force_has_no_datum_and_a_log_begins_anew_with_each_run():
     data = measured(TILTED, runs=2, targets=8, rho=0.9, white=0.3)
     moving = replace(data.conditions, moving=True, velocity=20.0 * data.conditions.direction)
     judge = judge_of(replace(data, observable=Observable.DRIVE, conditions=moving))
-    viscous = [(effect_named("viscous"), Shape())]
+    viscous = [(effect_named("viscous"), ViscousShape())]
     model = judge.score(viscous)
     assert dict(model.colours)[model.colour] == pytest.approx(dense(judge, model, model.colour), abs=1e-4)
     assert model.colour.white >= 0.3

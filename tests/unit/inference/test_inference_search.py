@@ -14,6 +14,7 @@ from rtec.blind.game import play
 from rtec.blind.lines import the_lines
 from rtec.dataset.load import load_dataset
 from rtec.effects import Observable, Shape, effect_named
+from rtec.effects.viscous import ViscousShape
 from rtec.inference.answer import probabilities, settled
 from rtec.inference.diagnose import diagnose
 from rtec.inference.proposals import by_chance
@@ -186,7 +187,7 @@ def test_a_negative_friction_is_refused_with_a_word():
         data, observable=Observable.DRIVE, conditions=conditions, observed=-2.0 * speed + rng.normal(size=data.rows)
     )
     search = search_of(data)
-    model = search.judge.score([(effect_named("viscous"), Shape())])
+    model = search.judge.score([(effect_named("viscous"), ViscousShape())])
     assert search.gate.why_not(model, 0) == "its amplitude would have to be negative"
 
 
@@ -199,7 +200,7 @@ def test_without_an_effect_goes_what_builds_on_it():
     viscous, askew = effect_named("viscous"), effect_named("asymmetric_friction")
     search = search_of(data)
     assert askew not in search.neighbours.effects_for(search.judge.score([]))
-    model = search.judge.score([(viscous, Shape()), (askew, Shape())])
+    model = search.judge.score([(viscous, ViscousShape()), (askew, Shape())])
     assert search.neighbours.without(model, 0).names == ()
     assert search.neighbours.without(model, 1).names == ("viscous",)
     assert askew in search.neighbours.effects_for(search.neighbours.without(model, 1))

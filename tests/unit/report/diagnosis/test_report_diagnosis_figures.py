@@ -10,9 +10,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from rtec.effects import BuildUpShape, Conditions, Observable, Shape, Units, distance_since_reversal
+from rtec.effects import BuildUpShape, Conditions, Observable, Units, distance_since_reversal
 from rtec.effects.coulomb import Coulomb
-from rtec.effects.viscous import Viscous
+from rtec.effects.viscous import Viscous, ViscousShape
 from rtec.inference.model import Model, Term
 from rtec.inference.results import Experiment
 from rtec.report.diagnosis import comparison_figures, diagnosis_figures
@@ -46,7 +46,7 @@ def _log(rows: int = 4000) -> Conditions:
 def _drive(make_dataset, rows: int = 4000):
     terms = (
         Term(effect=Coulomb(), shape=BuildUpShape(), amplitudes=(20.0,)),
-        Term(effect=Viscous(), shape=Shape(), amplitudes=(0.2,)),
+        Term(effect=Viscous(), shape=ViscousShape(), amplitudes=(0.2,)),
     )
     c = _log(rows)
     dataset = make_dataset(conditions=c, terms=terms, observe="force", observable=Observable.DRIVE,
