@@ -132,7 +132,6 @@ def contour(
     it corrects the --scale-error in motion, a request every 10 ms.
 
     Example: rtec contour --path butterfly --drive linear-motor -o out
-    Example: rtec contour --path circle --drive ball-screw --limit 20um
     Example: rtec contour --path butterfly --drive linear-motor --limit 100um --model x=x.toml --model y=y.toml
     Example: rtec contour --path circle --drive ball-screw --count 1um --scale-error x=scale.csv --design c
     """
