@@ -21,13 +21,14 @@ from into_page import print_or_write
 from scipy.stats import beta, binom
 from system_identification import DATA, SPLITS, rms
 
-from rtec.axis.plants import run_drive
+from rtec.axis.plants import BallScrew, LinearMotor, run_drive
 from rtec.predictors import NarxShape, Sequences, stability
-from rtec.predictors.fitting.narx import NarxEffort, Stages, fit_narx
+from rtec.predictors.fitting.narx import NarxEffort, NarxFit, Stages, fit_narx
 from rtec.toolpath import random_path
 from rtec.toolpath.contouring import DRIVES
 from rtec.toolpath.feed import plan_feed
 
+Floats = npt.NDArray[np.float64]
 STEPS = 80_000
 """Of the free run that judges, behind what trains."""
 NOISE_UM = 0.1
@@ -43,11 +44,13 @@ class Case:
     network: NarxShape
     points: int
     """Of the random path: enough for the steps."""
+    turn_mm: float
+    """Lead of the screw, or pitch of the magnets."""
 
 
 CASES = (
-    Case(drive="ball-screw", network=BALL_SCREW, points=110),
-    Case(drive="linear-motor", network=LINEAR_MOTOR, points=190),
+    Case(drive="ball-screw", network=BALL_SCREW, points=110, turn_mm=BallScrew().lead_mm),
+    Case(drive="linear-motor", network=LINEAR_MOTOR, points=190, turn_mm=LinearMotor().cogging_period_mm),
 )
 
 
@@ -69,8 +72,11 @@ WAYS = (
 )
 
 
-def log(case: Case, train: int) -> tuple[Sequences, Sequences]:
-    """Return the following error of the x axis along a random path by its commanded velocity: to train, to judge."""
+def log(case: Case, train: int) -> tuple[Sequences, Sequences, Floats]:
+    """Return the following error of the x axis along a random path by its commanded velocity: to train, to judge.
+
+    The third is the commanded position, in mm, where it is judged.
+    """
     kind = DRIVES[case.drive]
     plan = plan_feed(random_path(PATH_SEED, points=case.points), kind.limits)
     time_s = np.arange(0.0, plan.time_s, kind.period_s)
@@ -85,28 +91,52 @@ def log(case: Case, train: int) -> tuple[Sequences, Sequences]:
         names=("velocity",),
         period_s=kind.period_s,
     )
-    return data.part(0, train), data.part(len(data) - STEPS, len(data))
+    return data.part(0, train), data.part(len(data) - STEPS, len(data)), position[-STEPS:, 0]
+
+
+def trained(case: Case, way: Way, data: Sequences, seed: int) -> NarxFit:
+    """Return one start."""
+    shape = case.network
+    return fit_narx(
+        data,
+        neurons=shape.neurons,
+        input_delays=shape.input_delays,
+        feedback_delays=shape.feedback_delays,
+        linear=way.linear,
+        starts=1,
+        seed=seed,
+        stages=way.stages,
+        effort=NarxEffort(open_epochs=100, closed_epochs=200, horizons=way.horizons),
+    )
+
+
+def periodic(case: Case, train: int) -> str:
+    """Return how much of what a network leaves repeats with the turn of the screw or the pitch of the magnets."""
+    data, test, position = log(case, train)
+    fit = trained(case, WAYS[-1], data, 0)
+    left = (test.output - fit.narx.free_run(test))[fit.narx.lags :]
+    turns = position[fit.narx.lags :] / case.turn_mm
+    waves = [wave(2.0 * np.pi * harmonic * turns) for harmonic in (1, 2) for wave in (np.sin, np.cos)]
+    # the answer to a wave depends on the speed: columns times low powers of it, and of its sign
+    speed = test.inputs[fit.narx.lags :, 0] / np.abs(test.inputs).max()
+    factors = [np.sign(speed) ** sign * np.abs(speed) ** power for sign in (0, 1) for power in range(5)]
+    columns = np.stack([wave * factor for wave in waves for factor in factors], axis=1)
+    found = columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    share = 100.0 * float(found @ found) / float(left @ left)
+    return (
+        f"Of the mean square that a start of the last row leaves on the {case.drive}, {share:.0f} % repeats every "
+        f"{case.turn_mm:g} mm.  "
+    )
 
 
 def rows(case: Case, starts: int, train: int) -> Iterator[tuple[str, ...]]:
     """Yield what each way of training gives."""
-    data, test = log(case, train)
+    data, test, _ = log(case, train)
     size = f"{float(np.std(test.output)):.0f}"
     for way in WAYS:
         errors, stable = [], 0
-        shape = case.network
         for seed in range(starts):
-            fit = fit_narx(
-                data,
-                neurons=shape.neurons,
-                input_delays=shape.input_delays,
-                feedback_delays=shape.feedback_delays,
-                linear=way.linear,
-                starts=1,
-                seed=seed,
-                stages=way.stages,
-                effort=NarxEffort(open_epochs=100, closed_epochs=200, horizons=way.horizons),
-            )
+            fit = trained(case, way, data, seed)
             errors.append(rms(fit.narx, test))
             stable += stability(fit.narx, test).stable
         low, high = _share(stable, starts)
@@ -128,7 +158,7 @@ def _share(found: int, of: int) -> tuple[float, float]:
     return 100.0 * low, 100.0 * high
 
 
-def _of_median(values: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _of_median(values: Floats) -> tuple[float, float]:
     """Return the interval of a median by order statistics, 95 % or as near as so few values allow."""
     place = max(int(binom.ppf(0.025, values.size, 0.5)) - 1, 0)
     ordered = np.sort(np.where(np.isfinite(values), values, np.inf))
@@ -167,6 +197,7 @@ def tables(starts: int, train: int) -> str:
     ]
     for case in CASES:
         lines += [f"| {' | '.join(row)} |" for row in rows(case, starts, train)]
+    lines += ["", *(periodic(case, train) for case in CASES)]
     return "\n".join([*lines, "", *direct_terms(min(starts, 5)), ""])
 
 
