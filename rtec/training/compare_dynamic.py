@@ -155,7 +155,9 @@ def _rows(
 
 def _judged(row: DynamicRow, found: DynamicFit, task: DynamicTask, unseen: Sequences, train_s: float) -> DynamicRow:
     model = found.model
-    row = replace(row, model=model, train_s=train_s, parameters=model.parameters, notes=found.notes)
+    row = replace(
+        row, model=model, train_s=train_s, parameters=model.parameters, notes=found.notes, holds=found.holds
+    )
     off = np.sort(np.abs(free_run_errors(found.judged, task.validate)))
     rank = int(np.ceil(COVERED * (off.size + 1)))  # split-conformal: the quantile with one for the sample to come
     interval = float(off[rank - 1]) if rank <= off.size else None
@@ -191,7 +193,10 @@ def _chosen(rows: Sequence[DynamicRow]) -> DynamicRow | None:
     able = [
         (row.rms_validation, row.parameters or 0, row)
         for row in rows
-        if row.kind is not DynamicKind.NONE and row.rms_validation is not None and np.isfinite(row.rms_validation)
+        if row.kind is not DynamicKind.NONE
+        and row.holds
+        and row.rms_validation is not None
+        and np.isfinite(row.rms_validation)
     ]
     if not able:
         return None

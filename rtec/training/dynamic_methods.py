@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rtec.predictors.drive_model import MOTION, DriveModel
 from rtec.predictors.fitting.drive_model import fit_drive, goes_both_ways
 from rtec.predictors.fitting.linear_models import choose_arx, fit_arx, fit_servo_lag
-from rtec.predictors.fitting.narx import NarxStart, fit_narx
+from rtec.predictors.fitting.narx import NarxFit, NarxStart, fit_narx
 from rtec.predictors.linear_models import Held
 from rtec.predictors.model_sum import ModelSum, left_by
 from rtec.predictors.narx import Narx, NarxShape
 from rtec.predictors.sequences import DynamicModel, Sequences, joined
 from rtec.training.dynamic_results import DynamicKind
+from rtec.training.free_run import comes_back
 
 NEURONS = (4, 8)
 """Sizes that are tried."""
@@ -75,6 +76,8 @@ class DynamicFit:
         The same fitted without the validation part, which it then shows how good it is.
     notes
         In sentences.
+    holds
+        Whether it may be chosen: free runs from moved starts come back (`comes_back`).
     interrupted
         Whether Ctrl-C ended it early.
     """
@@ -82,6 +85,7 @@ class DynamicFit:
     model: DynamicModel
     judged: DynamicModel
     notes: tuple[str, ...] = ()
+    holds: bool = True
     interrupted: bool = False
 
 
@@ -185,8 +189,8 @@ class _Clock:
             raise KeyboardInterrupt
 
 
-def _network(task: DynamicTask, data: Sequences, name: str) -> tuple[Narx, tuple[str, ...], bool]:
-    """Return a network trained on data that are as long as the training part, with notes, and whether Ctrl-C came."""
+def _network(task: DynamicTask, data: Sequences, name: str) -> _Network:
+    """Return a network trained on data that are as long as the training part."""
     shapes = [
         NarxShape(
             channels=len(data.names),
@@ -209,12 +213,39 @@ def _network(task: DynamicTask, data: Sequences, name: str) -> tuple[Narx, tuple
         validation=len(task.validate) / len(used),
         progress=clock.watch,
     )
-    ended = sum(start.weights is not None for start in found.starts)
-    neurons = found.narx.shape.neurons
-    note = f"{neurons} neurons, the best of {ended} trainings; delays 0 to 3 of inputs, 1 to 4 of the output"
-    if found.start.history[-1][0] != "parallel":
+    started = [start for start in found.starts if start.weights is not None]
+    started.sort(key=lambda start: start.rms_validation)
+    best, narx, holds = _that_holds(found, started, used)
+    notes.insert(
+        0,
+        f"{best.shape.neurons} neurons, the best of {len(started)} trainings; delays 0 to 3 of inputs, 1 to 4 of the "
+        "output",
+    )
+    if not holds:
+        notes.append("it does not come back from a moved start, and may leave the motion that it learnt: not chosen")
+    if best.history[-1][0] != "parallel":
         notes.append("--budget ended its training before it learnt from its own outputs over the whole log")
-    return found.narx, (note, *notes), found.interrupted and not clock.rings
+    return _Network(narx, tuple(notes), holds, found.interrupted and not clock.rings)
+
+
+@dataclass(frozen=True, slots=True)
+class _Network:
+    """A trained network, what is to be said of it, whether it holds, and whether Ctrl-C came."""
+
+    narx: Narx
+    notes: tuple[str, ...]
+    holds: bool
+    interrupted: bool
+
+
+def _that_holds(found: NarxFit, started: list[NarxStart], data: Sequences) -> tuple[NarxStart, Narx, bool]:
+    """Return the best start whose network comes back from moved outputs, else the best of all."""
+    for start in started:
+        if start.weights is not None and comes_back(
+            narx := replace(found.narx, shape=start.shape, weights=start.weights), data
+        ):
+            return start, narx, True
+    return found.start, found.narx, False
 
 
 def _affordable(task: DynamicTask, data: Sequences) -> tuple[Sequences, list[str]]:
@@ -229,14 +260,22 @@ def _affordable(task: DynamicTask, data: Sequences) -> tuple[Sequences, list[str
 
 
 def _narx(task: DynamicTask) -> DynamicFit:
-    found, notes, interrupted = _network(task, task.train, "NARX")
-    return DynamicFit(model=found, judged=found, notes=notes, interrupted=interrupted)
+    found = _network(task, task.train, "NARX")
+    return _fit_of(found.narx, found)
 
 
 def _hybrid(task: DynamicTask) -> DynamicFit:
     drive = _drive(task)
     left = left_by(drive.free_run(task.train), task.train)
-    found, notes, interrupted = _network(task, left, "hybrid")
-    both = ModelSum(parts=(drive, found))
-    notes = ("the physical model, and a network for what it leaves", *notes)
-    return DynamicFit(model=both, judged=both, notes=notes, interrupted=interrupted)
+    found = _network(task, left, "hybrid")
+    return _fit_of(ModelSum(parts=(drive, found.narx)), found, "the physical model, and a network for what it leaves")
+
+
+def _fit_of(model: DynamicModel, network: _Network, *notes: str) -> DynamicFit:
+    return DynamicFit(
+        model=model,
+        judged=model,
+        notes=(*notes, *network.notes),
+        holds=network.holds,
+        interrupted=network.interrupted,
+    )

@@ -36,6 +36,8 @@ class DynamicRow:
         Over the first and the last tenth of what no model has seen: whether errors grow.
     stable
         Whether every prediction stayed within ten times the range of the output.
+    holds
+        Whether it may be chosen: a network that does not come back from moved starts may not.
     train_s, eval_ns
         What the fit took, and a sample of a free run.
     parameters
@@ -59,6 +61,7 @@ class DynamicRow:
     rms_first_tenth: float | None = None
     rms_last_tenth: float | None = None
     stable: bool = False
+    holds: bool = True
     train_s: float | None = None
     eval_ns: float | None = None
     parameters: int | None = None

@@ -9,11 +9,12 @@ import pytest
 from rtec.dataset.dynamic_log import dynamic_log
 from rtec.errors import ArgumentError
 from rtec.metrology import column_choices, measurement_of_columns
+from rtec.predictors import Narx, NarxShape, Sequences
 from rtec.predictors.linear_models import Arx, Held
 from rtec.training.compare_dynamic import compare_dynamic
 from rtec.training.dynamic_methods import DynamicFit, DynamicMethod, dynamic_methods
 from rtec.training.dynamic_results import DynamicKind
-from rtec.training.free_run import free_run_of
+from rtec.training.free_run import comes_back, free_run_of
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="the measurements of real machines are not there")
@@ -143,6 +144,35 @@ def test_of_models_that_are_as_good_the_smaller_one_is_chosen():
 
     methods = [method("large", fitted([0.9, 0.0, 0.0])), method("small", fitted([0.9]))]
     assert compare_dynamic(first_order(), methods=methods).chosen == "small"
+
+
+def test_what_does_not_come_back_from_a_moved_start_is_not_chosen():
+    def best_but_fickle(task):
+        model = QUICK["ARX"].fit(task).model
+        return DynamicFit(model=model, judged=model, holds=False)
+
+    def poor(task):
+        train = task.train
+        model = Arx(names=train.names, period_s=train.period_s, unit="V", feedback=[0.5], forward=[[0.1]])
+        return DynamicFit(model=model, judged=model)
+
+    result = compare_dynamic(first_order(), methods=[method("fickle", best_but_fickle), method("poor", poor)])
+    assert result.chosen == "poor"
+    assert result.ranked[0].name == "fickle"
+
+
+def test_a_model_with_two_motions_for_one_input_does_not_come_back():
+    """y(t) = 1.5 tanh(y(t - 1)) rests at +1.29 and at -1.29; its free run over its own data shows nothing."""
+    shape = NarxShape(channels=1, neurons=1, input_delays=(0,), feedback_delays=(1,), linear=False)
+    scale = {"middle": [0.0, 0.0], "half": [1.0, 1.0]}
+    kind = {"names": ("command",), "period_s": 1.0, "unit": "um"}
+    u = 0.1 * np.sin(0.05 * np.arange(2000.0))[:, None]
+    start = Sequences(inputs=u, output=np.repeat([1.0, -1.0], 1000), starts=(0, 1000), **kind)
+    for gain, holds in ((1.5, False), (0.9, True)):
+        narx = Narx(shape=shape, **kind, **scale, weights=[1.0, 1.0, 0.0, gain, 0.0])
+        own = replace(start, output=narx.free_run(start))
+        assert free_run_of(narx, own).rms == pytest.approx(0.0, abs=1e-9)
+        assert comes_back(narx, own) is holds
 
 
 def test_a_row_that_diverges_says_so_and_the_others_go_on():
