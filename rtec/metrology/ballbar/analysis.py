@@ -136,17 +136,14 @@ def analysed(test: CircleTest) -> Found:
     [('squareness', 80, 'um/m', 1.0)]
     """
     plays: dict[str, float] = {}
-    before: set[str] = set()
     for _ in range(_MOST_ROUNDS):
         fit = _eliminated(test, _searched(test, static_shapes(test, plays)))
         fit = _of_one_axis(test, _eliminated(test, _refined(test, fit)))
-        names = {shape.name for shape in fit.shapes}
         seen = {axis: _play(test, fit, axis) for axis in AXES}
         settled = all(abs(seen[axis] - plays.get(axis, 0.0)) <= 0.02 * abs(seen[axis]) for axis in AXES)
         plays = seen
-        if names == before and settled:
+        if settled:
             break
-        before = names
     return _found(test, fit)
 
 
