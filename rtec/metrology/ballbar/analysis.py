@@ -18,7 +18,18 @@ import numpy as np
 from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 from rtec.metrology.ballbar.circularity import Circularity, circular_deviation, circularity
 from rtec.metrology.ballbar.search import Design, best_shape, refined
-from rtec.metrology.ballbar.shapes import AXES, RADIUS, SCALING, SPIKE, Shape, nuisance, scale_of, static_shapes
+from rtec.metrology.ballbar.shapes import (
+    AXES,
+    BY_SENSE,
+    LATERAL,
+    RADIUS,
+    SCALING,
+    SPIKE,
+    Shape,
+    nuisance,
+    scale_of,
+    static_shapes,
+)
 from rtec.metrology.ballbar.stick_slip import CHANCE, stick_slip
 from rtec.metrology.ballbar.values import value_of
 
@@ -136,17 +147,14 @@ def analysed(test: CircleTest) -> Found:
     [('squareness', 80, 'um/m', 1.0)]
     """
     plays: dict[str, float] = {}
-    before: set[str] = set()
     for _ in range(_MOST_ROUNDS):
         fit = _eliminated(test, _searched(test, static_shapes(test, plays)))
-        fit = _of_one_axis(test, _eliminated(test, _refined(test, fit)))
-        names = {shape.name for shape in fit.shapes}
+        fit = _of_one_cause(test, _eliminated(test, _refined(test, fit)))
         seen = {axis: _play(test, fit, axis) for axis in AXES}
         settled = all(abs(seen[axis] - plays.get(axis, 0.0)) <= 0.02 * abs(seen[axis]) for axis in AXES)
         plays = seen
-        if names == before and settled:
+        if settled:
             break
-        before = names
     return _found(test, fit)
 
 
@@ -269,12 +277,19 @@ def _eliminated(test: CircleTest, shapes: list[Shape]) -> _Fit:
     return fit
 
 
-def _of_one_axis(test: CircleTest, fit: _Fit) -> _Fit:
-    """Return the fit with the scale of one axis for a scaling mismatch and a radius change, if that explains both."""
-    kept = [shape for shape in fit.shapes if shape.name not in (SCALING, RADIUS)]
-    if len(fit.shapes) - len(kept) < 2:
+def _of_one_cause(test: CircleTest, fit: _Fit) -> _Fit:
+    """Return the fit with one shape for two that it explains as well: the scale of an axis, a lateral play."""
+    lateral = {shape.name: shape for shape in static_shapes(test, {}) if shape.name.startswith(LATERAL)}
+    causes = [({SCALING, RADIUS}, scale_of(test, axis)) for axis in AXES]
+    causes += [({BY_SENSE, f"{LATERAL} {axis}"}, lateral[f"{LATERAL} {other}"]) for axis, other in ("xy", "yx")]
+    names = {shape.name for shape in fit.shapes}
+    tried = [
+        _fitted(test, [s for s in fit.shapes if s.name not in both] + [one], fit.sigma, fit.correlated)
+        for both, one in causes
+        if both <= names and (one.name in both or one.name not in names)
+    ]
+    if not tried:
         return fit
-    tried = [_fitted(test, [*kept, scale_of(test, axis)], fit.sigma, fit.correlated) for axis in AXES]
     best = min(tried, key=_left)
     rise = (_left(best) - _left(fit)) / fit.sigma**2 / fit.correlated
     return best if rise < _ONE_CAUSE else fit

@@ -35,6 +35,7 @@ from rtec.metrology.ballbar.circle_test import CircleTest, Floats
 
 AXES = "xy"
 SPIKE, SCALING, RADIUS = "reversal spike", "scaling mismatch", "radius change"
+LATERAL, BY_SENSE = "lateral play", "radius differs by sense"
 SPIKE_WIDTHS_DEG = (0.4, 0.6, 0.9, 1.3, 1.9, 2.8, 4.0, 5.6)
 
 
@@ -93,7 +94,7 @@ def static_shapes(test: CircleTest, plays_um: dict[str, float]) -> list[Shape]:
         Shape(name="servo mismatch", columns=(s * np.sin(2.0 * t))[:, None]),
         Shape(name=SCALING, columns=np.cos(2.0 * t)[:, None]),
         Shape(name="master-slave change-over", columns=np.sign(np.cos(2.0 * t))[:, None]),
-        Shape(name="radius differs by sense", columns=s[:, None]),
+        Shape(name=BY_SENSE, columns=s[:, None]),
     ]
     if test.radius_known:
         found.append(Shape(name=RADIUS, columns=np.ones((t.size, 1))))
@@ -103,7 +104,7 @@ def static_shapes(test: CircleTest, plays_um: dict[str, float]) -> list[Shape]:
         lost = lost_motion(axis, t, s, 1e-3 * plays_um.get(axis, 0.0), radius)
         found += [
             Shape(name=f"backlash {axis}", columns=np.column_stack([main * lost, main * main * lost])),
-            Shape(name=f"lateral play {axis}", columns=(-cross * sharp)[:, None]),
+            Shape(name=f"{LATERAL} {axis}", columns=(-cross * sharp)[:, None]),
             Shape(name=f"straightness {axis}", columns=(cross * main**2)[:, None]),
         ]
     return found
