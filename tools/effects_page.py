@@ -9,6 +9,7 @@ import textwrap
 from pathlib import Path
 
 from rtec.effects import LIBRARY, Effect, Observable, Units
+from rtec.effects.library import OF_LOOP
 from rtec.effects.protocol import LABELS
 
 PAGE = Path(__file__).parents[1] / "docs" / "effects.md"
@@ -38,7 +39,8 @@ def page(written: str) -> str:
     """Return the page with the table and the cards of today; ``written`` is the page as it stands."""
     table, cards = written.index(TABLE), written.index(CARDS)
     between = written[written.index("\n\n", table) + 1 : cards]
-    return written[:table] + TABLE + "".join(map(row, LIBRARY)) + between + CARDS + "".join(map(card, LIBRARY))
+    every = (*LIBRARY, *OF_LOOP)
+    return written[:table] + TABLE + "".join(map(row, every)) + between + CARDS + "".join(map(card, every))
 
 
 if __name__ == "__main__":

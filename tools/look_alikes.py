@@ -6,6 +6,7 @@ import sys
 import textwrap
 
 from rtec.effects import LIBRARY, Observable
+from rtec.effects.library import OF_LOOP
 
 HEAD = """# Which experiment tells them apart
 
@@ -21,11 +22,12 @@ TITLES = {
 
 def page() -> str:
     """Return the page."""
-    order = [effect.name for effect in LIBRARY]
+    every = (*LIBRARY, *OF_LOOP)
+    order = [effect.name for effect in every]
     parts = [HEAD]
     for kind, title in TITLES.items():
         pairs: dict[str, list[str]] = {}
-        for effect in LIBRARY:
+        for effect in every:
             for rival in effect.rivals:
                 if effect.observable is kind and order.index(effect.name) < order.index(rival.name):
                     pairs.setdefault(rival.experiment, []).append(f"`{effect.name}` and `{rival.name}`")

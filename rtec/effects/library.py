@@ -93,6 +93,9 @@ class Library:
         what, colon, over = name.partition(":")
         if what == CURVE:  # learned, and no name
             return Curve(over) if colon else Curve()
+        for effect in OF_LOOP:  # looked for where a model of motion knows the rest
+            if effect.name == name:
+                return effect
         if name in CAPTURE_EFFECTS:
             hint = f"{name} belongs to captures of A/B signals, which hold edges and no positions"
             raise ArgumentError("effect", name, "an effect of an axis or of a drive", hint)
