@@ -198,8 +198,8 @@ class Arena:
             self.after = Decoder(view.lines_out, view.position + view.inserted_counts)
         else:
             for k in range(self.seen, kept):
-                self.before.see(int(state.kept_in[k % KEPT]))
-                self.after.see(int(state.kept_out[k % KEPT]))
+                self.before.see(int(state.kept_rows[k % KEPT, 1]))
+                self.after.see(int(state.kept_rows[k % KEPT, 2]))
         self.seen = kept
 
 
