@@ -30,6 +30,8 @@ _HOME_S, _SETTLE_S, _APPROACH_S = 0.5, 1.0, 5.0
 """At home, until the PC has taken the axis over; before the path; and on the way between, slowly."""
 FOLLOWING_LIMIT_MM = 10.0
 """Following error at which the controller stops an axis: ten times what the faster drive has at full speed."""
+_MOST_COUNTS = 1e9
+"""Of an axis in a run: half a minute."""
 _ROOM_MM = 5.0
 """Beyond the commands, that a predictor has to be known for: following error and overshoot."""
 
@@ -87,7 +89,7 @@ def run_over_pulses(
     Raises
     ------
     ArgumentError
-        An error that is not known where the axis goes, or an axis that the PC holds or whose drive faults.
+        An error that is not known where the axis goes, more counts than can be run, or an axis that the PC holds or whose drive faults.
     """
     error = pulses.errors.get(letter, NoError())
     low, high = error.range_mm
@@ -95,6 +97,11 @@ def run_over_pulses(
     if least < low or most > high:
         needed = f"one from {least:.4g} to {most:.4g} mm: axis {letter} is homed at 0 mm"
         raise ArgumentError("error", f"known from {low:g} to {high:g} mm", needed)
+    way_mm = abs(float(command_mm[0])) + float(np.abs(np.diff(command_mm)).sum())
+    if way_mm > _MOST_COUNTS * pulses.count_mm:
+        raise ArgumentError(
+            "count", f"{pulses.count_mm:g} mm", f"{way_mm / _MOST_COUNTS:.2g} mm or more for this path"
+        )
     servo, encoder = drive.servo(), Encoder(count_mm=pulses.count_mm)
     before, path = _approach(float(command_mm[0])), sampled_command([*command_mm, command_mm[-1]], period_s)
     machine = Machine(
