@@ -170,8 +170,8 @@ def direct_terms() -> Iterator[str]:
     if not DATA.is_dir():
         return
     yield from (
-        "Free run over the validation part of the training data, 8 neurons, 4 delays each, best of five starts; median",
-        "of some seeds, lowest and highest:",
+        "Free run over the validation part of the training data, 8 neurons, 4 delays each, best of five starts;",
+        "median of some seeds, lowest and highest:",
         "",
         "| data | with direct terms | without |",
         "|---|---|---|",
