@@ -56,15 +56,18 @@ def residual_dataset(
         allowed = f"a model of {FOLLOWING_ERROR} or {DEVIATION}"
         raise ArgumentError("model", f"one of {known.head.observe}", allowed)
     log = log_like(known.head, source, choices)
-    measurement = _left_by(known, log)
+    trained_here = bool(known.source) and Path(log.measurement.source).name == known.source
+    measurement = _left_by(known, log, len(log.sequences) // 2 if trained_here else 0)
     found = load_dataset(measurement, observe=DEVIATION, facts=facts, library=library.with_own(OF_LOOP), like=like)
-    note = f"explained is what {known.name} leaves of the {known.head.observe.replace('_', ' ')} in free run"
-    return replace(found, notes=(note, *found.notes))
+    notes = [f"explained is what {known.name} leaves of the {known.head.observe.replace('_', ' ')} in free run"]
+    if trained_here:
+        notes.append("the model was trained on the first half of a log of this name: the second half is explained")
+    return replace(found, notes=(*notes, *found.notes))
 
 
-def _left_by(known: KnownMotion, log: DynamicLog) -> Measurement:
+def _left_by(known: KnownMotion, log: DynamicLog, first: int) -> Measurement:
     left = dynamic_residual(known.model, log)
-    seen = np.isfinite(left)
+    seen = np.isfinite(left) & (np.arange(left.size) >= first)
     rows, measured = log.rows[seen], log.measurement
     if "target" not in measured.columns:
         raise ArgumentError("model", "a log without a commanded position", "one with it: effects depend on the place")

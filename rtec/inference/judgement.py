@@ -24,6 +24,7 @@ from rtec.inference.answer import (
     unchanging,
     wrong_signs,
 )
+from rtec.inference.breakaway import with_breakaway
 from rtec.inference.candidates import (
     absent_from,
     accepted,
@@ -155,7 +156,7 @@ def judged(found: Finding) -> Diagnosis:
         curve=learned_curve(found) if found.searched and verdict is Verdict.UNKNOWN else None,
         unseen_periods=unseen_periods(dataset.coordinates),
     )
-    return tried_as_skew(diagnosis)
+    return with_breakaway(tried_as_skew(diagnosis))
 
 
 def _complete_instead(search: Search, model: Scored) -> Scored:

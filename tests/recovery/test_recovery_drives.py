@@ -1,7 +1,10 @@
 """Erwinski et al. (2019) identified a linear motor by its logs; the same logs of the emulated one are read back.
 
-Their figures: 3.61 kg at 39 N/A, so 92.56 mA a m/s²; cogging of 12 mm; 20 % below a straight line at 2 m/s.
+Their figures: 3.61 kg at 39 N/A, so 92.56 mA a m/s²; cogging of 12 mm; 20 % below a straight line at 2 m/s; 500 mA
+set the axis in motion.
 """
+
+import re
 
 import numpy as np
 import pytest
@@ -92,6 +95,9 @@ def test_a_sweep_of_speeds_tells_a_friction_that_flattens(slowest, count, second
     curve = value["coulomb"] + value["stribeck"] * np.exp(-((speeds / value["speed"]) ** 2))
     curve += 1e-3 * value["viscous"] * speeds / (1.0 + (speeds / value["fade"]) ** 2)
     assert curve == pytest.approx(friction.steady_n(speeds) / 39.0, rel=0.02)
+    (note,) = [note for note in result["notes"] if note.startswith("breakaway: ")]
+    value, error = map(float, re.findall(r"[0-9.]+", note)[:2])
+    assert value == pytest.approx(0.5, abs=min(3.0 * error, 0.01))
 
 
 def test_the_log_of_a_path_names_what_the_drive_has():
