@@ -76,7 +76,7 @@ def box_advance(st: Record, box: Any, t_ps: int) -> bool:
     Returns True, at ``event_ps``, where an insertion is under way for which a fault waits.
     """
     if box is None:
-        return advance_injector(st, t_ps)
+        return bool(st.injector.next_ps <= t_ps and advance_injector(st, t_ps))  # seldom is there anything to do
     parts, run = box
     return bool(run(st, parts, t_ps))
 
