@@ -30,6 +30,7 @@ def training_document(result: PredictorComparison) -> dict[str, object]:
         "repeatability_um": _um(result.noise_mm),
         "screw_pitch_mm": result.pitch_mm,
         "best": None if result.best is None else result.best.name,
+        "chosen": None if result.chosen is None else result.chosen.name,
         "interrupted": result.interrupted,
         "notes": list(result.notes),
         "rows": [_row(row) for row in result.ranked],

@@ -89,7 +89,8 @@ def run_over_pulses(
     Raises
     ------
     ArgumentError
-        An error that is not known where the axis goes, more counts than can be run, or an axis that the PC holds or whose drive faults.
+        An error that is not known where the axis goes, more counts than can be run, or an axis that the PC holds or
+        whose drive faults.
     """
     error = pulses.errors.get(letter, NoError())
     low, high = error.range_mm

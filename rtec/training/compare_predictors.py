@@ -197,9 +197,11 @@ def judged(row: Row, fitted: Fitted, parts: Parts, train_s: float) -> Row:
     """Return the row of what a method gave: its errors, how sure it is, and what it costs."""
     off_train, off_heldout = (part.left_by(fitted.predictor) for part in (parts.train, parts.heldout))
     unsure = fitted.predictor if fitted.unsure is None else fitted.unsure
-    interval = conformal_mm(parts.sure.left_by(unsure))
+    off_sure = parts.sure.left_by(unsure)
+    interval = conformal_mm(off_sure)
     return replace(
         row,
+        rms_sure_mm=_rms(off_sure) if off_sure.size else None,
         predictor=fitted.predictor,
         rms_train_mm=_rms(off_train),
         rms_heldout_mm=_rms(off_heldout),

@@ -40,6 +40,8 @@ class Row:
         None where there is none; ``reason`` says why.
     rms_train_mm, rms_heldout_mm, worst_heldout_mm
         Root mean square error on the readings that it was fitted to and on those held out, and the largest.
+    rms_sure_mm
+        On the readings of the training part that tell how sure it is: no fit sees them. None without any.
     train_s
         What the fit took.
     eval_ns
@@ -69,6 +71,7 @@ class Row:
     rms_train_mm: float | None = None
     rms_heldout_mm: float | None = None
     worst_heldout_mm: float | None = None
+    rms_sure_mm: float | None = None
     train_s: float | None = None
     eval_ns: float | None = None
     parameters: int | None = None
@@ -134,6 +137,12 @@ class PredictorComparison:
     def best(self) -> Row | None:
         """The predictor with the lowest held-out error."""
         return next((row for row in self.ranked if row.works), None)
+
+    @property
+    def chosen(self) -> Row | None:
+        """The predictor that the training part alone chooses: none of what judges has a say in it."""
+        able = [row for row in self.rows if row.works and row.rms_sure_mm is not None]
+        return min(able, key=lambda row: row.rms_sure_mm or 0.0, default=None)
 
     def best_of(self, kind: Kind) -> Row | None:
         """Return the row of a kind with the lowest held-out error; None where no such row has one."""
