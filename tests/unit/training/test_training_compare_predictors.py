@@ -181,3 +181,16 @@ def test_ranks_put_rows_without_figures_last():
     assert [row.name for row in found.ranked] == ["none", "a", "b", "x"]
     assert found.best.name == "a"
     assert found.named("y") is None
+
+
+def test_what_judges_has_no_say_in_what_is_chosen():
+    rows = [
+        Row(name="lucky", kind=Kind.TABLE, rms_heldout_mm=1.0, rms_sure_mm=3.0),
+        Row(name="good", kind=Kind.TABLE, rms_heldout_mm=2.0, rms_sure_mm=2.0),
+        Row(name="unsure", kind=Kind.TABLE, rms_heldout_mm=0.5),
+        Row(name="none", kind=Kind.NONE, rms_heldout_mm=1.0, rms_sure_mm=1.0),
+    ]
+    found = PredictorComparison(
+        source="s", parts=None, rows=tuple(rows), pitch_mm=None, noise_mm=None, notes=(), interrupted=False
+    )
+    assert (found.best.name, found.chosen.name) == ("unsure", "good")
