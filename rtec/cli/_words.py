@@ -11,7 +11,7 @@ EFFECTS = (
     "thermal_growth", "thermal_shift", "warm_up", "warm_up_growth", "run_offset", "refraction", "dead_path", "drift",
     "servo_lag", "acceleration_lag", "interpolation", "eccentricity", "lost_counts", "quantisation", "cosine",
     "inertia", "viscous", "coulomb", "asymmetric_friction", "stribeck", "force_offset", "cogging", "gravity",
-    "force_map", "load_friction",
+    "force_map", "load_friction", "screw_runout", "torque_ripple",
 )  # fmt: skip
 """Of the library."""
 PROCESSORS = ("8051-12mhz", "8051-24mhz", "one-clock-25mhz", "one-clock-100mhz")

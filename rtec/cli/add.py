@@ -54,6 +54,7 @@ class ShapeOptions(OptionGroup):
     over: _Text = option("--over", "'1 s'", "Time that the loss of counts took.")
     step: _Text = option("--step", "'1 um'", "Of the quantisation.")
     speed: _Text = option("--speed", "'10 mm/s'", "Stribeck speed.")
+    fade: _Text = option("--fade", "'2 m/s'", "Speed that halves the coefficient of viscous friction.")
     given: list[str] | None = option(
         "--set", "NAME=VALUE", "A parameter of an effect of your own, such as 'place=180 mm'; may be repeated."
     )

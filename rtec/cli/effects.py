@@ -38,6 +38,7 @@ def effects(
     Example: rtec effects thermal_growth --json
     Example: rtec effects --check mine.py --plan z_axis.csv
     """
+    from rtec.effects.library import OF_LOOP
     from rtec.effects.own_file import library_of_file
 
     if check is not None or plan is not None:
@@ -45,7 +46,7 @@ def effects(
             raise needs("--plan", "--check FILE.py") if check is None else needs("--check", "--plan DATA")
         _check(check, plan, observe, as_json=json)
         return
-    library = library_of_file(own)
+    library = library_of_file(own).with_own(OF_LOOP)
     if name is not None:
         effect = library.named(name)
         if json:

@@ -48,9 +48,10 @@ def residual_dataset(
 
     Notes
     -----
-    What comes back with the position is no input of such a model: it is left, whole, however well the model was
-    trained. The samples from which a free run starts are left out. Place, speed and acceleration are those of the
-    position that the model predicts, which is where the axis is but for what is left.
+    What comes back with the position is no input of such a model, and is left. Of the log that trained it, where it
+    may have followed that by chance, the first half is left out, and so are the samples from which a free run starts.
+    Place, speed and acceleration are those of the position that the model predicts, which is where the axis is but
+    for what is left.
     """
     if known.head.observe not in (FOLLOWING_ERROR, DEVIATION):
         allowed = f"a model of {FOLLOWING_ERROR} or {DEVIATION}"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import locked
+from rtec.dataset.motion_residual import residual_dataset
 from rtec.effects import LIBRARY, Effect, Library
 from rtec.effects.own import as_effects
 from rtec.errors import ArgumentError
@@ -14,6 +15,7 @@ from rtec.inference import model as inside
 from rtec.inference.compare import check_model, compare as compared
 from rtec.inference.diagnose import add as added, diagnose as diagnosed
 from rtec.inference.shape_text import field_keys, read_shape
+from rtec.predictors.motion_file import is_motion_file, read_motion
 from rtec.python.data import Data, Source, data_of
 from rtec.python.models import Model
 from rtec.python.results import Comparison, Diagnosis, Document
@@ -38,7 +40,8 @@ def compare(
     data, heldout
         A measurement, and another one that judges: what `read` returns or takes.
     model
-        A `Model`, or its file; None: a perfect axis, of which all is left.
+        A `Model`, or its file, or that of a model of motion, of which the free run over a log is taken off; None: a
+        perfect axis, of which all is left.
     effects
         Effects of your own that the file names.
     observe
@@ -322,6 +325,8 @@ def _inputs(
     """Return the measurement, the one that judges and the model, as the engine takes them."""
     own = as_effects([effects] if isinstance(effects, Effect | type) else list(effects))
     if isinstance(model, str | Path):
+        if is_motion_file(model):
+            return *_left_by_motion(data, model, heldout, own, observe), None
         model = Model.read(model, own)
     library: Library = (LIBRARY if model is None else model.library).with_own(own)
     wanted = observe if observe is not None or model is None else model.observe
@@ -332,3 +337,21 @@ def _inputs(
         for measured in (dataset,) if other is None else (dataset, other):
             check_model(known, measured)
     return dataset, other, known
+
+
+def _left_by_motion(
+    data: Data | Source,
+    model: str | Path,
+    heldout: Data | Source | None,
+    own: Sequence[Effect],
+    observe: str | None,
+) -> tuple[Dataset, Dataset | None]:
+    """Return what a model of motion leaves of a log, and of the one that judges."""
+    if observe is not None:
+        raise ArgumentError("observe", observe, "none with a model of motion: what it leaves is explained")
+    known, library, log = read_motion(model), LIBRARY.with_own(own), data_of(data)
+    dataset = residual_dataset(known, log.measurement, facts=log.facts, library=library)
+    if heldout is None:
+        return dataset, None
+    other = data_of(heldout)
+    return dataset, residual_dataset(known, other.measurement, facts=other.facts, library=library, like=dataset)

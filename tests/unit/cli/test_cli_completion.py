@@ -15,6 +15,7 @@ from rtec.campaign.safety_phases import Phase, hyphened
 from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import application
 from rtec.effects import LIBRARY
+from rtec.effects.library import OF_LOOP
 from rtec.training import all_methods
 from rtec.training.dynamic_methods import dynamic_methods
 from rtec.training.dynamic_results import DynamicKind
@@ -37,7 +38,7 @@ MOTION = [one for one in dynamic_methods() if one.kind is not DynamicKind.NONE]
 @pytest.mark.parametrize(
     ("verb", "name", "real"),
     [
-        ("effects", "name", [effect.name for effect in LIBRARY]),
+        ("effects", "name", [effect.name for effect in (*LIBRARY, *OF_LOOP)]),
         ("run", "processor", list(MICROCONTROLLERS)),
         ("blind new", "plan", list(PLANS)),
         ("train", "pick", [one.name.replace(" ", "-") for one in (*all_methods(several_axes=True)[1:], *MOTION)]),

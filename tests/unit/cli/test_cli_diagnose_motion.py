@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+import rtec
 from rtec.cli import main
 from rtec.predictors.linear_models import ServoLag
 from rtec.predictors.motion_file import KnownMotion, head_of, write_motion
@@ -46,6 +47,7 @@ def test_the_effects_of_what_is_left_are_named_and_the_lag_that_is_known_is_not(
     assert "servo_lag" not in found["effects"]
     assert abs(found["final"]["backlash"]["backlash"][0]) == pytest.approx(PLAY_UM, rel=0.05)
     assert found["rms_before"] == pytest.approx(PLAY_UM / 2.0, rel=0.05)
+    assert rtec.diagnose(files / "log.csv", model=files / "lag.toml")["final"] == found["final"]
     assert found["notes"][0] == "explained is what servo lag leaves of the following error in free run"
 
 

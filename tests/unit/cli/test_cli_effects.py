@@ -12,7 +12,7 @@ CONTRACT = (
     "offset scale pitch_map cyclic backlash backlash_map windup reversal_spike hysteresis "
     "thermal_growth thermal_shift warm_up warm_up_growth run_offset refraction dead_path drift servo_lag "
     "acceleration_lag interpolation eccentricity lost_counts quantisation cosine inertia viscous coulomb "
-    "asymmetric_friction stribeck force_offset cogging gravity force_map load_friction"
+    "asymmetric_friction stribeck force_offset cogging gravity force_map load_friction screw_runout torque_ripple"
 ).split()
 
 
