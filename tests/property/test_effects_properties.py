@@ -15,6 +15,7 @@ from rtec.effects.reversal_spike import SpikeShape
 from rtec.effects.run_offset import RunShape
 from rtec.effects.stribeck import StribeckShape
 from rtec.effects.thermal_growth import GrowthShape
+from rtec.effects.viscous import ViscousShape
 from rtec.effects.warm_up import WarmShape
 from rtec.effects.warm_up_growth import WarmGrowthShape
 from rtec.effects.windup import WindupShape
@@ -38,6 +39,7 @@ SHAPES = {
     "hysteresis": HysteresisShape(7.0),
     "lost_counts": StepShape(250.0),
     "stribeck": StribeckShape(7.0, speed=4.0),
+    "viscous": ViscousShape(6.0),
     "cyclic": CyclicShape(6.35, 3, by_direction=True),
 }
 SIMPLE = (
