@@ -28,6 +28,8 @@ Floats = npt.NDArray[np.float64]
 _COLUMNS = (*TRACE_COLUMNS, *OUTPUTS)
 _HOME_S, _SETTLE_S, _APPROACH_S = 0.5, 1.0, 5.0
 """At home, until the PC has taken the axis over; before the path; and on the way between, slowly."""
+_FASTEST_MM_S = 200.0
+"""On the way from home."""
 FOLLOWING_LIMIT_MM = 10.0
 """Following error at which the controller stops an axis: ten times what the faster drive has at full speed."""
 _MOST_COUNTS = 1e9
@@ -142,7 +144,7 @@ def run_over_pulses(
 
 def _approach(first_mm: float) -> MotionSegments:
     """Return the way from home to the first position; it lasts whole seconds, so that the path's clock begins."""
-    speed = max(abs(first_mm) / _APPROACH_S, 1.0)
+    speed = min(max(abs(first_mm) / _APPROACH_S, 1.0), _FASTEST_MM_S)
     limits = Limits(max_speed_mm_s=2.0 * speed, max_acceleration_mm_s2=10.0 * speed, rapid_mm_s=speed)
     blocks: list[Dwell | Move] = [Dwell(seconds=_HOME_S), Move(target_mm=first_mm, feed_mm_s=speed)]
     if first_mm == 0.0:
