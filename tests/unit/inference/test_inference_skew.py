@@ -19,7 +19,7 @@ from rtec.metrology import measurement_of_columns
 STEP_S = 0.004
 FINE = 40
 """Points of the emulation in a sample."""
-EDGE = Path("/work/shared/data/logs/sinumerik_edge_example.json.gz")
+EDGE = Path(__file__).resolve().parents[4] / "shared" / "data" / "logs" / "sinumerik_edge_example.json.gz"
 
 
 def moved(rows=1500):
