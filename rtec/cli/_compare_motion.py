@@ -50,7 +50,7 @@ def compare_motion(data: Sequence[Path], measured: MeasuredOptions, output: Path
     log = log_like(known.head, data[0], measured.columns.choices())
     sequences = log.sequences
     run = free_run_of(known.model, sequences, known.interval)
-    trained_here = bool(known.source) and Path(log.measurement.source).name == known.source
+    trained_here = known.trained_on(log.measurement.source)
     unseen = run
     notes = list(log.notes)
     if trained_here:

@@ -84,14 +84,9 @@ def _by_axis(name: str, given: list[str], read: Callable[[str], T]) -> dict[str,
 
 
 def _scale_error(file: str) -> Predictor:
-    from rtec.predictors import Predictor, read_predictor, read_table
+    from rtec.predictors import read_predictor, read_table
 
-    if Path(file).suffix != ".toml":
-        return read_table(file)
-    read = read_predictor(file).predictor
-    if not isinstance(read, Predictor):
-        raise ArgumentError("--scale-error", f"{file}, a model of motion", "a predictor of position and direction")
-    return read
+    return read_predictor(file).of_position if Path(file).suffix == ".toml" else read_table(file)
 
 
 def _motion_models(given: list[str] | None) -> dict[str, KnownMotion] | None:

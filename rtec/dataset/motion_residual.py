@@ -57,7 +57,7 @@ def residual_dataset(
         allowed = f"a model of {FOLLOWING_ERROR} or {DEVIATION}"
         raise ArgumentError("model", f"one of {known.head.observe}", allowed)
     log = log_like(known.head, source, choices)
-    trained_here = bool(known.source) and Path(log.measurement.source).name == known.source
+    trained_here = known.trained_on(log.measurement.source)
     measurement = _left_by(known, log, len(log.sequences) // 2 if trained_here else 0)
     found = load_dataset(measurement, observe=DEVIATION, facts=facts, library=library.with_own(OF_LOOP), like=like)
     notes = [f"explained is what {known.name} leaves of the {known.head.observe.replace('_', ' ')} in free run"]

@@ -49,6 +49,14 @@ def _respond(seen: Floats, hidden: Floats, outer: Floats, direct: Floats, level:
     return float(_product(outer, level, wide) + outer[wide] + _product(direct, seen, direct.shape[0]))
 
 
+@fused_helper
+def _look(t: int, inputs: Floats, past: Floats, taps: Any, back: Any, seen: Floats) -> None:
+    for i in range(taps.shape[0]):
+        seen[i] = inputs[t - taps[i, 1], taps[i, 0]]
+    for k in range(back.shape[0]):
+        seen[taps.shape[0] + k] = past[t - back[k]]
+
+
 @fused_kernel
 def one_step(
     inputs: Floats,
@@ -61,21 +69,9 @@ def one_step(
     seen: Floats,
     level: Floats,
 ) -> float:
-    """Return the output of the last sample of some inputs, from outputs that end before it."""
-    now, last = inputs.shape[0] - 1, past.shape[0]
-    for i in range(taps.shape[0]):
-        seen[i] = inputs[now - taps[i, 1], taps[i, 0]]
-    for k in range(back.shape[0]):
-        seen[taps.shape[0] + k] = past[last - back[k]]
+    """Return the output of the last of ``lags + 1`` inputs, from the ``lags`` outputs before it."""
+    _look(past.shape[0], inputs, past, taps, back, seen)
     return _respond(seen, hidden, outer, direct, level)
-
-
-@fused_helper
-def _look(t: int, inputs: Floats, past: Floats, taps: Any, back: Any, seen: Floats) -> None:
-    for i in range(taps.shape[0]):
-        seen[i] = inputs[t - taps[i, 1], taps[i, 0]]
-    for k in range(back.shape[0]):
-        seen[taps.shape[0] + k] = past[t - back[k]]
 
 
 @fused_kernel

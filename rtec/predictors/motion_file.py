@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,8 @@ from rtec.units import TIME
 
 _HEAD = ("predictor", "version", "name", "source", "axis", "observe", "unit", "period", "inputs", "interval")
 _LARGEST = 1e30
+MM_OF = MappingProxyType({"um": 1e-3, "mm": 1.0})
+"""Units of outputs that are lengths."""
 FOLLOWING_ERROR = "following_error"
 """The output where a file names no other."""
 
@@ -101,6 +104,10 @@ class KnownMotion:
     source: str = ""
     interval: float | None = None
     axis: int | None = None
+
+    def trained_on(self, source: str) -> bool:
+        """Return whether a log has the name of the one that it was fitted to."""
+        return bool(self.source) and Path(source).name == self.source
 
 
 def head_of(model: DynamicModel, observe: str = FOLLOWING_ERROR) -> MotionHead:

@@ -12,11 +12,10 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.predictors import _motion_kernels as kernels
 from rtec.predictors._columns import LARGEST, Floats
-from rtec.predictors.motion_file import KnownMotion, read_motion
+from rtec.predictors.motion_file import MM_OF, KnownMotion, read_motion
 from rtec.predictors.narx import Narx
 
 _SENSED = ("velocity", "acceleration")
-_MM = {"um": 1e-3, "mm": 1.0}
 _BEYOND = 0.02
 """Of the range of a velocity in training: so much farther it may go before the PC holds the machine."""
 
@@ -54,7 +53,7 @@ class MotionModel:
         head = self.known.head
         if not isinstance(self.known.model, Narx):
             raise ArgumentError("model", self.known.name, "a NARX network: 'rtec train --dynamic --pick NARX'")
-        if head.observe != "deviation" or head.unit not in _MM:
+        if head.observe != "deviation" or head.unit not in MM_OF:
             found = f"of {head.observe} in {head.unit or 'no unit'}"
             allowed = "one of the deviation in um or mm: 'rtec train --dynamic --observe deviation'"
             raise ArgumentError("model", found, allowed)
@@ -78,7 +77,7 @@ class MotionModel:
         """As `rtec.predictors._motion_kernels` takes them."""
         narx, shape = self.network, self.network.shape
         places = [narx.names.index(name) if name in narx.names else -1 for name in _SENSED]
-        head = [narx.period_s, _MM[narx.unit], *places, shape.channels, len(shape.input_delays)]
+        head = [narx.period_s, MM_OF[narx.unit], *places, shape.channels, len(shape.input_delays)]
         head += [len(shape.feedback_delays), shape.neurons, float(shape.linear), shape.lags]
         parts = [head, shape.input_delays, shape.feedback_delays, narx.middle, narx.half, narx.weights]
         return np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
@@ -120,4 +119,4 @@ def model_of_motion(path: str | Path, *, cautious: bool = False) -> MotionModel:
         return MotionModel(known=known)
     if known.interval is None:
         raise ArgumentError("cautious", f"{path} without an interval", "a file with one")
-    return MotionModel(known=known, unsure_mm=known.interval * _MM.get(known.head.unit, 1.0))
+    return MotionModel(known=known, unsure_mm=known.interval * MM_OF.get(known.head.unit, 1.0))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtec.errors import ArgumentError
-from rtec.predictors.motion_file import FOLLOWING_ERROR, KnownMotion
+from rtec.predictors.motion_file import FOLLOWING_ERROR, MM_OF, KnownMotion
 from rtec.predictors.sequences import Sequences
 from rtec.toolpath.contour_error import contour_error
 from rtec.toolpath.contour_run import LETTERS, ContourRun
@@ -20,7 +20,6 @@ from rtec.toolpath.path import Path
 Floats = npt.NDArray[np.float64]
 _PLACES = 40_000
 """Along a path, at which a plan's times are known."""
-_OF_LENGTH = {"um": 1e-3, "mm": 1.0}
 _SIGNS = {FOLLOWING_ERROR: 1.0, "deviation": -1.0}
 _DERIVED = ("velocity", "acceleration")
 
@@ -67,7 +66,7 @@ class TrainedMotion:
     def __post_init__(self) -> None:
         for letter, known in self.models.items():
             head = known.head
-            if head.observe not in _SIGNS or head.unit not in _OF_LENGTH:
+            if head.observe not in _SIGNS or head.unit not in MM_OF:
                 found = f"of {head.observe} in {head.unit or 'no unit'}"
                 raise ArgumentError(f"model of {letter}", found, "a model of the following error, in um or mm")
             beyond = [name for name in head.names if name not in _DERIVED]
@@ -100,7 +99,7 @@ class TrainedMotion:
                 period_s=period_s,
                 unit=known.head.unit,
             )
-            scale = _SIGNS[known.head.observe] * _OF_LENGTH[known.head.unit]
+            scale = _SIGNS[known.head.observe] * MM_OF[known.head.unit]
             found[:, k] = np.interp(time_s, clock, scale * known.model.free_run(data))
         return found
 

@@ -6,6 +6,8 @@ sees, and its outputs. The position loop is the machine's; velocity and current 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -32,7 +34,7 @@ STEPS = 0
 """Place in the numbers of the steps in a period; then the drive's own."""
 _MOTOR_END = 1 + MOTOR.itemsize // 8
 _SCREW_END = 1 + SCREW.itemsize // 8
-_TURN = 6.283185307179586
+_TURN = 2.0 * math.pi
 
 
 @fused_step
