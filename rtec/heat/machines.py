@@ -125,7 +125,7 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
     mean_degc = draw.within(19.0, 23.0)
     room = Room(mean_degc=mean_degc, swing_k=draw.within(0.5, 1.5), warmest_s=3600.0 * draw.within(5.0, 9.0))
     nodes = tuple(Node(name=name, capacity_j_k=draw.near(kg) * heat) for name, (kg, heat) in MASSES_KG.items())
-    chilled_from = mean_degc + draw.within(1.5, 3.0)
+    chilled_from = mean_degc + draw.within(3.0, 5.0)
     network = Network(
         nodes=nodes,
         links=_links(draw),
@@ -134,8 +134,8 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
         chiller=Chiller(
             node="coolant",
             on_degc=chilled_from,
-            off_degc=chilled_from - draw.within(0.8, 1.6),
-            power_w=draw.near(1500.0),
+            off_degc=chilled_from - draw.within(1.0, 2.0),
+            power_w=draw.near(1800.0),
         ),
     )
     return WarmMachine(
@@ -151,15 +151,12 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
 
 def _links(draw: _Draw) -> tuple[Link, ...]:
     links = [Link(a=a, b=b, standing_w_k=draw.near(w_k)) for (a, b), w_k in CONDUCTED_W_K.items()]
-    links += [
-        Link(a=node, standing_w_k=draw.near(STANDING_W_M2_K) * m2, chilled_w_k=0.0)
-        for node, m2 in SURFACES_M2.items()
-    ]
+    links += [Link(a=node, standing_w_k=draw.near(STANDING_W_M2_K) * m2) for node, m2 in SURFACES_M2.items()]
     jacket = jacket_w_m2_k(10.0, draw.near(16.0), glycol=True)
     links += [
         Link(a="stator", b="coolant", standing_w_k=jacket * draw.near(0.020)),
-        Link(a="housing_front", b="coolant", chilled_w_k=jacket * draw.near(0.010)),
-        Link(a="coolant", standing_w_k=draw.near(14.0)),
+        Link(a="housing_front", b="coolant", chilled_w_k=jacket * draw.near(0.025)),
+        Link(a="coolant", standing_w_k=draw.near(25.0)),
         _rotating("mandrel", ROOM, 40.0, draw.near(0.02)),
         _rotating("shaft_nose", ROOM, 90.0, draw.near(0.02)),
         _rotating("rotor", "stator", 110.0, draw.near(0.07)),

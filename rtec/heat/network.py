@@ -215,12 +215,12 @@ class Network:
         for kind, found in (("node", names), ("source", [*self.sources])):
             if twice := {name for name in found if found.count(name) > 1}:
                 raise ArgumentError(kind, ", ".join(sorted(twice)), "each name once")
-        wanted = [name for one in self.links for name in (one.a, one.b)]
+        wanted = [name for one in self.links for name in (one.a, one.b) if name != ROOM]
         wanted += [name for one in self.bearings for name in (one.inner, one.outer)]
         wanted += [name for one in self.losses for name in (one.node, one.other or one.node)]
         wanted += [self.chiller.node] if self.chiller else []
         for name in wanted:
-            if name not in names and name != ROOM:
+            if name not in names:
                 raise unknown("node", name, names, noun="node")
         self._check_rates()
 
@@ -336,10 +336,10 @@ class Network:
         air.mean_degc, air.swing_k, air.warmest_s = room.mean_degc, room.swing_k, room.warmest_s
         return (
             np.array([node.capacity_j_k for node in self.nodes]),
-            np.array(links, dtype=kernels.LINK),
+            np.array(links, dtype=kernels.LINK).view(np.recarray),
             np.zeros(len(links)),
-            np.array(bearings, dtype=kernels.BEARING),
-            np.array(losses, dtype=kernels.LOSS),
+            np.array(bearings, dtype=kernels.BEARING).view(np.recarray),
+            np.array(losses, dtype=kernels.LOSS).view(np.recarray),
             air,
             np.asarray(room.time_s, dtype=np.float64),
             np.asarray(room.degc, dtype=np.float64),

@@ -101,6 +101,7 @@ class WarmMachine:
         room: Room | None = None,
         every_s: float = 1.0,
         start_degc: Mapping[str, float] | None = None,
+        chiller_runs: bool = False,
     ) -> WarmRun:
         """Let the machine warm and cool over a duty.
 
@@ -110,9 +111,14 @@ class WarmMachine:
             Speed, feed and force over time.
         seed
             From which the offsets of the thermometers are drawn.
-        room, every_s, start_degc
+        room, every_s, start_degc, chiller_runs
             As of `Network.run`; the room is the machine's own where none is given. ``run.heat.last_degc`` of another
             run starts a machine that is still warm.
+
+        Returns
+        -------
+        WarmRun
+            Temperatures, readings, displacements, powers.
 
         Examples
         --------
@@ -123,7 +129,7 @@ class WarmMachine:
         """
         whole_within("seed", seed, 0, 2**63 - 1)
         room = self.room if room is None else room
-        heat = self.network.run(duty, room=room, every_s=every_s, start_degc=start_degc)
+        heat = self.network.run(duty, room=room, every_s=every_s, start_degc=start_degc, chiller_runs=chiller_runs)
         rng = np.random.default_rng(seed)
         readings = {}
         for one in self.thermometers:
