@@ -23,7 +23,7 @@ def walther(oil):
 
 
 def viscosity(constants, degc):
-    return 10 ** 10 ** (constants[0] - constants[1] * math.log10(degc + 273.15)) - 0.7
+    return 10**10 ** (constants[0] - constants[1] * math.log10(degc + 273.15)) - 0.7
 
 
 class HeatOracle:
