@@ -63,7 +63,7 @@ def test_a_machine_agrees_with_radau(seed):
     run = machine.network.run(duty, room=machine.room, every_s=60.0)
     wanted, switched = HeatOracle(machine.network, machine.room).run(duty, run.time_s)
     assert np.abs(run.degc - wanted).max() < AGREED_K
-    assert switched > 40
+    assert switched > 20
 
 
 @pytest.mark.parametrize("every_s", [1.0, 7.0, 300.0])
