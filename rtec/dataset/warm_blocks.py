@@ -50,11 +50,6 @@ class Blocks:
         """Number of blocks."""
         return len(self.names)
 
-    def take(self, rows: slice) -> Blocks:
-        """Return the blocks of a part of the rows."""
-        numbers, of_row = np.unique(self.of_row[rows], return_inverse=True)
-        return replace(self, of_row=of_row, names=tuple(self.names[number] for number in numbers))
-
 
 def stretch_starts(time_s: Floats, run: Ints) -> tuple[tuple[int, ...], list[str]]:
     """Return the rows at which a log starts anew, and what is to be said of its clock.

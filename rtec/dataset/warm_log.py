@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -40,6 +41,8 @@ class WarmLog:
         Ascending within each stretch, shape (rows,).
     outputs
         Displacements in um by channel, shape (rows,) each.
+    others
+        Displacements that are not observed: they help to choose what all have in common, such as time constants.
     inputs
         ``temperature_NAME`` in degrees Celsius and ``spindle_speed`` in rev/min, shape (rows,) each.
     blocks
@@ -57,6 +60,7 @@ class WarmLog:
     blocks: Blocks
     starts: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    others: Mapping[str, Floats] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def rows(self) -> int:
@@ -68,18 +72,6 @@ class WarmLog:
         """Time since the start in hours as it is drawn, shape (rows,): a jump back counts as no time."""
         steps = np.diff(self.time_s, prepend=self.time_s[0])
         return np.cumsum(np.where(steps > 0.0, steps, 0.0)) / 3600.0
-
-    def take(self, rows: slice) -> WarmLog:
-        """Return a part of the log: rows that follow each other, with their blocks numbered anew."""
-        first, last, _ = rows.indices(self.rows)
-        return replace(
-            self,
-            time_s=self.time_s[rows],
-            outputs={name: values[rows] for name, values in self.outputs.items()},
-            inputs={name: values[rows] for name, values in self.inputs.items()},
-            blocks=self.blocks.take(rows),
-            starts=(0, *(start - first for start in self.starts if first < start < last)),
-        )
 
 
 def is_warm_log(measurement: Measurement, observe: str | None = None) -> bool:
@@ -149,12 +141,12 @@ def warm_log(
     name = measurement.source
     if "time" not in measurement.columns:
         raise FileFormatError(name, None, "no time", "a column time_s, or time with another unit")
-    outputs, notes = _outputs(measurement, observe, None if like is None else list(like.outputs))
+    outputs, others, notes = _outputs(measurement, observe, None if like is None else list(like.outputs))
     inputs = _inputs(measurement, like)
     time_s, runs = measurement.columns["time"].values, run_numbers(measurement)
     said = None if blocks is None else _column(measurement, blocks)
     kept, inputs, failed = _without_failures(time_s, inputs, is_fixed=like is not None)
-    kept &= np.all([np.isfinite(values) for values in outputs.values()], axis=0)
+    kept &= np.all([np.isfinite(values) for values in (*outputs.values(), *others.values())], axis=0)
     rows = np.flatnonzero(kept)
     if rows.size < FEWEST_ROWS:
         raise FileFormatError(name, None, f"{rows.size} rows", f"{FEWEST_ROWS} or more with every value")
@@ -167,6 +159,7 @@ def warm_log(
         source=name,
         time_s=time_s,
         outputs={key: values[rows] for key, values in outputs.items()},
+        others={key: values[rows] for key, values in others.items()},
         inputs=inputs,
         blocks=found,
         starts=starts,
@@ -213,15 +206,15 @@ def _channels(measurement: Measurement) -> dict[str, tuple[Floats, str]]:
 
 def _outputs(
     measurement: Measurement, observe: str | None, wanted: Sequence[str] | None
-) -> tuple[dict[str, Floats], list[str]]:
-    """Return the displacements in um, and what is to be said of columns that are none."""
+) -> tuple[dict[str, Floats], dict[str, Floats], list[str]]:
+    """Return the displacements that are observed, and the others, in um, and what is to be said of other columns."""
     channels = _channels(measurement)
     lengths = {name: values * UM_PER_MM for name, (values, unit) in channels.items() if unit == "mm"}
     if wanted is not None:
         if missing := [name for name in wanted if name not in lengths]:
             problem = f"no displacement {', '.join(missing)}"
             raise FileFormatError(measurement.source, None, problem, "the displacements of the log that trains")
-        return {name: lengths[name] for name in wanted}, []
+        return {name: lengths[name] for name in wanted}, {}, []
     if observe is not None:
         word = _word(observe)
         if word not in channels:
@@ -229,13 +222,13 @@ def _outputs(
         if word not in lengths:
             allowed = "a displacement, in a unit of length such as _um"
             raise ArgumentError("--observe", f"{observe} in {channels[word][1]}", allowed)
-        return {word: lengths[word]}, []
+        return {word: lengths.pop(word)}, lengths, []
     if not lengths:
         headings = ", ".join([*(column.heading for column in measurement.columns.values()), *measurement.unknown])
         problem = f"no displacement in the columns {headings[:_MOST_HEADINGS]!r}"
         raise FileFormatError(measurement.source, None, problem, "a column such as axial_um")
     others = [f"{name} in {unit}" for name, (_, unit) in channels.items() if name not in lengths]
-    return lengths, [f"not observed, as they are no displacements: {', '.join(others)}"] if others else []
+    return lengths, {}, [f"not observed, as they are no displacements: {', '.join(others)}"] if others else []
 
 
 def _inputs(measurement: Measurement, like: WarmLog | None) -> dict[str, Floats]:

@@ -1,4 +1,4 @@
-"""How sure a model of a warm machine is at another duty cycle: intervals calibrated on blocks that it has not seen."""
+"""How sure a model of a warm machine is at other duty cycles: intervals calibrated by blocks that it has not seen."""
 
 from __future__ import annotations
 

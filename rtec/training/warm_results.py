@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
 
-from rtec.dataset.warm_log import WarmLog
 from rtec.predictors._columns import Floats
 from rtec.predictors.warm.features import Feature
 from rtec.predictors.warm.regressor import Regressor
+from rtec.training.warm_parts import WarmParts
 
 
 class WarmKind(Enum):
@@ -33,8 +33,8 @@ class ChannelFit:
     features, regressor
         The model; None for a row that is none.
     rms_train_um, rms_blocks_um, rms_heldout_um, rms_rows_um
-        Root mean square error over the training part, over its blocks each left out in turn, over what no fit saw, and
-        over random rows of the training part left out.
+        Root mean square error over the training part, over its blocks each left out in turn, over what no fit saw,
+        and over random rows of the training part left out.
     predicted_um, half_um
         What it says of the held-out rows and half the width of the 90 % interval about it, shape (rows,).
     """
@@ -102,25 +102,28 @@ class WarmRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorRow:
-    """The best set of so many thermometers.
+    """The best set of so many thermometers, with the speed of the spindle where there is one.
 
     Parameters
     ----------
     sensors
         Names of the inputs.
-    rms_blocks_um, rms_heldout_um
-        Root mean square error over the channels, by blocks of the training part and over the held-out part.
+    rms_blocks_um, rms_heldout_um, rms_hourly_um
+        Root mean square error over the channels: by blocks of the training part, over the held-out part, and there
+        with a probe that reads once an hour.
     share
-        For each of them, in which share of repeats, each without one block, it is chosen for a set of this size.
+        Of the repeats, each without one block of the training part: in which share each sensor is chosen for a set of
+        this size.
     same
-        Share of the repeats that choose the same set.
+        Share of the repeats that choose this very set.
     is_all
-        Whether these are all.
+        Whether these are all that there are.
     """
 
     sensors: tuple[str, ...]
     rms_blocks_um: float
     rms_heldout_um: float
+    rms_hourly_um: float
     share: Mapping[str, float]
     same: float
     is_all: bool = False
@@ -132,10 +135,8 @@ class WarmComparison:
 
     Parameters
     ----------
-    train, heldout
+    parts
         The rows that trained, and those that judge.
-    heldout_by
-        What judges, in words.
     rows
         In the order in which they were fitted.
     chosen
@@ -148,9 +149,7 @@ class WarmComparison:
         Whether Ctrl-C ended it early.
     """
 
-    train: WarmLog
-    heldout: WarmLog
-    heldout_by: str
+    parts: WarmParts
     rows: tuple[WarmRow, ...]
     chosen: str | None
     sensors: tuple[SensorRow, ...] = ()

@@ -1,4 +1,4 @@
-"""Ridge regression of several channels on parts of the columns, judged by leaving out blocks: from sums over blocks."""
+"""Ridge regression of several channels on some of the columns, judged by blocks left out: from sums over blocks."""
 
 from __future__ import annotations
 
