@@ -26,6 +26,7 @@ from rtec._jit import helper, kernel, step
 from rtec.predictors._columns import Floats
 
 UNKNOWN = -1.0
+"""State of what is not observed."""
 FACTOR_TABLE, FACTOR_RESULT = 0, 1
 HEAD = 3
 """Numbers before the states of a plan."""
