@@ -84,6 +84,13 @@ Processor time; an epoch of ours with all its steps beside an iteration of scipy
 Jacobian. Free runs over data that neither trained nor chose: [predictors](predictors.md#models-of-motion).
 """,
     ),
+    "bayes": (
+        "Bayesian networks",
+        """\
+Learning from counts and exact inference beside pyAgrum, by turns, with the same answers. Processor time; pyAgrum gets
+its rows as a data frame that is there already. pyAgrum prepares all nodes at once, we each node that is asked for.
+""",
+    ),
     "train-command": (
         "Training by `rtec train`",
         "On the calibration of `rtec run`: wall time, and the best row beside the physical model.\n",
