@@ -134,7 +134,7 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
         chiller=Chiller(
             node="coolant",
             on_degc=chilled_from,
-            off_degc=chilled_from - draw.within(1.0, 2.0),
+            off_degc=chilled_from - draw.within(0.6, 1.2),
             power_w=draw.near(1800.0),
         ),
     )
@@ -155,7 +155,7 @@ def _links(draw: _Draw) -> tuple[Link, ...]:
     jacket = jacket_w_m2_k(10.0, draw.near(16.0), glycol=True)
     links += [
         Link(a="stator", b="coolant", standing_w_k=jacket * draw.near(0.020)),
-        Link(a="housing_front", b="coolant", chilled_w_k=jacket * draw.near(0.025)),
+        Link(a="housing_front", b="coolant", standing_w_k=draw.near(10.0), chilled_w_k=jacket * draw.near(0.010)),
         Link(a="coolant", standing_w_k=draw.near(25.0)),
         _rotating("mandrel", ROOM, 40.0, draw.near(0.02)),
         _rotating("shaft_nose", ROOM, 90.0, draw.near(0.02)),

@@ -52,6 +52,11 @@ def test_the_viscosity_of_an_oil_follows_its_class(at_40, at_100, at_20):
     assert oil.viscosity_mm2_s(20.0) == pytest.approx(at_20, rel=0.05)
 
 
+def test_viscosities_between_are_those_that_others_compute():
+    """ASTM D341 through 32 and 5.4 mm2/s, as a calculator of another hand prints it (scribd 361017004): 8.5 at 80."""
+    assert Oil().viscosity_mm2_s(80.0) == pytest.approx(8.5, abs=0.05)
+
+
 def test_convection_of_rotating_parts_and_jackets():
     """A cylinder of 100 mm at 3000 rev/min: Re = 15.708 m/s 0.1 m / 15.7e-6 m2/s = 1.0005e5, Nu = 255.7."""
     assert rotating_w_m2_k(100.0, 3000.0) == pytest.approx(255.7 * 0.026 / 0.1, rel=1e-3)

@@ -200,6 +200,12 @@ def test_a_part_that_cannot_be_is_refused(make, said):
         make()
 
 
+def test_more_rows_than_memory_holds_are_refused():
+    network = Network(nodes=(Node(name="a", capacity_j_k=1.0),), links=())
+    with pytest.raises(ArgumentError, match=r"^every_s: 1 s is too small; use 50 to"):
+        network.run(Duty((Piece(duration_s=1e8),)))
+
+
 def test_temperatures_without_limit_are_refused():
     bearing = Bearing(name="b", inner="a", outer="b", mean_diameter_mm=100.0, f1=0.1, preload_n_k=1000.0)
     network = Network(
