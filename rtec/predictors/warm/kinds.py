@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, Self, runtime_checkable
+from typing import Any, ClassVar, Protocol, Self, cast, runtime_checkable
 
 from rtec.errors import ArgumentError
 from rtec.predictors.warm import _warm_kernels as kernels
-from rtec.predictors.warm.linear import Linear
-from rtec.predictors.warm.lssvm import LsSvm
 from rtec.predictors.warm.regressor import Regressor
 
 
@@ -28,9 +27,25 @@ class KeptRegressor(Regressor, Protocol):
         """Build the same regressor again."""
 
 
-REGRESSORS: Mapping[str, type[KeptRegressor]] = MappingProxyType({each.kind: each for each in (Linear, LsSvm)})
-"""By the kind that a file states."""
-_COMPILED = {Linear.kind: kernels.warm_linear, LsSvm.kind: kernels.warm_ls_svm}
+REGRESSORS: Mapping[str, tuple[str, str, Callable[..., float]]] = MappingProxyType({
+    "linear": ("linear", "Linear", kernels.warm_linear),
+    "ls-svm": ("lssvm", "LsSvm", kernels.warm_ls_svm),
+})  # fmt: skip
+"""By the kind that a file states: module and class, which are loaded when a file asks for them (some take scipy along),
+and the compiled model."""
+
+
+def regressor_of(kind: str, plain: Mapping[str, Any]) -> KeptRegressor:
+    """Return the regressor of a kind and its plain data.
+
+    Raises
+    ------
+    ArgumentError
+        Data that do not fit.
+    """
+    module, name, _ = REGRESSORS[kind]
+    found: type[KeptRegressor] = getattr(import_module(f"rtec.predictors.warm.{module}"), name)
+    return found.of(plain)
 
 
 def kept(regressor: Regressor) -> KeptRegressor:
@@ -43,7 +58,7 @@ def kept(regressor: Regressor) -> KeptRegressor:
     """
     if getattr(regressor, "kind", None) not in REGRESSORS or not isinstance(regressor, KeptRegressor):
         raise ArgumentError("regressor", type(regressor).__name__, " or ".join(REGRESSORS))
-    return regressor
+    return cast(KeptRegressor, regressor)
 
 
 def compiled_model(regressor: Regressor) -> Callable[..., float]:
@@ -54,5 +69,4 @@ def compiled_model(regressor: Regressor) -> Callable[..., float]:
     ArgumentError
         As for `kept`.
     """
-    found: Callable[..., float] = _COMPILED[kept(regressor).kind]
-    return found
+    return REGRESSORS[kept(regressor).kind][2]

@@ -41,7 +41,7 @@ from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io import Section
 from rtec.predictors._file_text import entries, lines_of
 from rtec.predictors.warm.features import Feature
-from rtec.predictors.warm.kinds import REGRESSORS, kept
+from rtec.predictors.warm.kinds import REGRESSORS, kept, regressor_of
 from rtec.predictors.warm.regressor import Regressor
 from rtec.predictors.warm.warm_model import WarmModel
 from rtec.units import TIME
@@ -102,7 +102,7 @@ def _regressor(top: Section) -> Regressor:
     if not isinstance(kind, str) or kind not in REGRESSORS:
         raise unknown(f"{where}.kind", str(kind)[:60], REGRESSORS)
     try:
-        found = REGRESSORS[kind].of({key: value for key, value in given.items() if key != "kind"})
+        found = regressor_of(kind, {key: value for key, value in given.items() if key != "kind"})
     except ArgumentError as error:
         raise error.of(f"{where}.{error.name}") from None
     for key in given:

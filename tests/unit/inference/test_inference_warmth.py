@@ -1,4 +1,4 @@
-"""Tables of models of heat: what is in them at a stated warmth, against the formulas of the effects written out here."""
+"""Tables of models of heat: what is in them at a stated warmth, against formulas written out here."""
 
 from types import SimpleNamespace
 
@@ -41,7 +41,8 @@ def test_growth_and_shift_stand_at_their_temperatures():
 
 
 def test_a_warm_up_stands_at_its_time():
-    assert errors(model(WARM_UP), Warmth(since_on_s=1200.0)) == pytest.approx(0.001 + 0.01 * (1 - np.exp(-1)), abs=1e-12)
+    found = errors(model(WARM_UP), Warmth(since_on_s=1200.0))
+    assert found == pytest.approx(0.001 + 0.01 * (1 - np.exp(-1)), abs=1e-12)
 
 
 @pytest.mark.parametrize(("since_s", "share"), [(None, 1.0), (900.0, 1 - np.exp(-1)), (0.0, 0.0)])
@@ -74,7 +75,8 @@ def test_a_file_for_a_machine_that_corrects_says_what_to_do(tmp_path):
     (tmp_path / "m.toml").write_text(
         'observe = "deviation"\n[[effect]]\nname = "thermal_shift"\nsensor = "temperature_bed"\nshift = "4 um/K"\n'
     )
-    with pytest.raises(ArgumentError, match=r"thermal_shift, which follows the heat of the machine.*rtec export m\.toml --csv"):
+    says = r"thermal_shift, which follows the heat of the machine.*rtec export m\.toml --csv"
+    with pytest.raises(ArgumentError, match=says):
         predictor_of_file(tmp_path / "m.toml", 0.0, 100.0)
 
 
