@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol, Self, cast, runtime_checkable
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 from rtec.errors import ArgumentError
 from rtec.predictors.warm import _warm_kernels as kernels
@@ -31,8 +31,8 @@ REGRESSORS: Mapping[str, tuple[str, str, Callable[..., float]]] = MappingProxyTy
     "linear": ("linear", "Linear", kernels.warm_linear),
     "ls-svm": ("lssvm", "LsSvm", kernels.warm_ls_svm),
 })  # fmt: skip
-"""By the kind that a file states: module and class, which are loaded when a file asks for them (some take scipy along),
-and the compiled model."""
+"""By the kind that a file states: module and class, loaded when a file asks for them, as some take scipy along; and the
+compiled model."""
 
 
 def regressor_of(kind: str, plain: Mapping[str, Any]) -> KeptRegressor:
@@ -58,7 +58,7 @@ def kept(regressor: Regressor) -> KeptRegressor:
     """
     if getattr(regressor, "kind", None) not in REGRESSORS or not isinstance(regressor, KeptRegressor):
         raise ArgumentError("regressor", type(regressor).__name__, " or ".join(REGRESSORS))
-    return cast(KeptRegressor, regressor)
+    return regressor
 
 
 def compiled_model(regressor: Regressor) -> Callable[..., float]:
