@@ -9,6 +9,7 @@ from typing import Any
 
 from rtec._jit import helper, kernel, step, written_out
 from rtec.predictors._columns import Floats
+from rtec.predictors.warm._bayes_kernels import bayes_answer
 from rtec.predictors.warm._feature_kernels import followed
 from rtec.predictors.warm._linear_kernels import linear_answer
 from rtec.predictors.warm._lssvm_kernels import ls_svm_answer
@@ -80,3 +81,9 @@ def warm_linear(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> 
 def warm_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the deviation in mm that an LS-SVM predicts."""
     return answered(ls_svm_answer, numbers, inputs, memory, sd)
+
+
+@kernel
+def warm_bayes(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm that a Bayesian network predicts."""
+    return answered(bayes_answer, numbers, inputs, memory, sd)

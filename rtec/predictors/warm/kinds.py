@@ -30,9 +30,10 @@ class KeptRegressor(Regressor, Protocol):
 REGRESSORS: Mapping[str, tuple[str, str, Callable[..., float]]] = MappingProxyType({
     "linear": ("linear", "Linear", kernels.warm_linear),
     "ls-svm": ("lssvm", "LsSvm", kernels.warm_ls_svm),
+    "bayes": ("bayes", "BayesRegressor", kernels.warm_bayes),
 })  # fmt: skip
-"""By the kind that a file states: module and class, loaded when a file asks for them, as some take scipy along; and the
-compiled model."""
+"""By the kind that a file states: module and class, loaded when a file asks for them, as some take scipy along; and
+the compiled model."""
 
 
 def regressor_of(kind: str, plain: Mapping[str, Any]) -> KeptRegressor:

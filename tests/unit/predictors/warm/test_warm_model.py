@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from rtec.errors import ArgumentError, RtecError
 from rtec.predictors import KnownPredictor, read_predictor, write_predictor
-from rtec.predictors._kernels import SENSORS, TEMPERATURES, TIME, predicted_mm
+from rtec.predictors._kernels import SAID, SENSORS, TIME, predicted_mm
 from rtec.predictors.binding import bound
 from rtec.predictors.warm.features import Feature
 from rtec.predictors.warm.kinds import REGRESSORS
@@ -100,9 +100,9 @@ HEAT = {"features": FEATURES[:1], "regressor": Linear(centre=[20.0], intercept=5
 
 
 def requested(made, degc, time_s=0.0):
-    sensors = np.zeros(SENSORS)
-    sensors[TIME], sensors[TEMPERATURES] = time_s, degc
-    return predicted_mm(bound(made, ["t1"]), sensors)
+    sensors, model = np.zeros(SENSORS), bound(made, ["temperature_t1"])
+    sensors[TIME], model[SAID][0] = time_s, degc
+    return predicted_mm(model, sensors)
 
 
 def test_the_pc_asks_for_all_of_it_or_cautiously_for_the_near_end_of_the_interval():
@@ -141,7 +141,7 @@ def test_a_channel_that_is_no_length_predicts_logs_and_no_axis():
     made = model(**HEAT, unit="N")
     assert made.predict(np.zeros(1), {"temperature_t1": np.array([25.0])})[0].tolist() == [15.0]
     with pytest.raises(ArgumentError, match="of ch3 in N"):
-        bound(made, ["t1"])
+        bound(made, ["temperature_t1"])
 
 
 # files
