@@ -21,9 +21,8 @@ def one_of_each(kind, *, features):
         rows = rng.integers(0, 3, (40, features + 1))
         cuts = tuple([18.0, 21.0 + k] for k in range(features))
         network = BayesNetwork.learn(tuple(nodes), rows)
-        return BayesRegressor(
-            network=network, cuts=cuts, means=rng.normal(0.0, 9.0, 4), variances=[1.0, 2.0, 3.0, 1 / 3]
-        )
+        means, variances = rng.normal(0.0, 9.0, 4), [1.0, 2.0, 3.0, 1 / 3]
+        return BayesRegressor(network=network, cuts=cuts, means=means, variances=variances)
     assert kind == LsSvm.kind
     return LsSvm(
         centre=np.full(features, 20.0),
