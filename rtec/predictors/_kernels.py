@@ -54,9 +54,10 @@ POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
 """Places of what the PC senses of its own axis: mm, +1 or -1, mm/s, and its clock in s."""
 AXES = 4
 """Place of the position of axis 1 in mm; those of the others follow."""
-TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
-"""Place of the first temperature in degrees Celsius."""
-SENSORS = TEMPERATURES + MOST_TEMPERATURES
+SENSORS = AXES + MOST_AXES
+"""Number of places that every PC has; those of heat follow, as many as there are (`rtec.heat._heat_kernels`)."""
+SD, SAID = 8, 9
+"""Places in a bound model: room for a standard deviation, and for what sensors of heat say."""
 
 NINETY = 1.6448536269514722
 """Standard deviations in half an interval of 90 %."""
@@ -260,7 +261,7 @@ def sure_of(error_mm: float, unsure_mm: float) -> float:
 @step
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
-    function, numbers, _, _, _, inputs, memory, unsure_mm, sd = curve
+    function, numbers, _, _, _, inputs, memory, unsure_mm, sd, _ = curve
     inputs[0] = x_mm
     inputs[1] = direction
     return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
@@ -273,13 +274,14 @@ def predicted_mm(model: Any, sensors: Floats) -> float:
     A model that says how unsure it is is followed to the near end of its 90 % interval.
 
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, its memory, by how much it may be off, and room for a standard
-    deviation.
+    value of each that it knows, room for the inputs, its memory, by how much it may be off, room for a standard
+    deviation, and what sensors of heat said last.
     """
-    function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd = model
+    function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd, said = model
     sd[0] = math.nan
     for k in range(wanted.size):
-        inputs[k] = sensors[wanted[k]]
+        at = wanted[k]
+        inputs[k] = sensors[at] if at < SENSORS else said[at - SENSORS]
         if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
             return math.nan
     error_mm = float(function(numbers, inputs, memory, sd))

@@ -11,7 +11,7 @@ from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.predictors import Model
-from rtec.predictors._kernels import AXES
+from rtec.predictors._kernels import AXES, SD
 from rtec.predictors.binding import bound, check_axis, sees_axes
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.settings import HandshakeSettings, PcState
@@ -244,5 +244,5 @@ class PcNode:
                 trip_position_counts=int(n.trip_position),
             ),
             answer_s=int(n.answer_ps) / PS_PER_S,
-            sd_mm=None if math.isnan(sd_mm := float(self._model[-1][0])) else sd_mm,
+            sd_mm=None if math.isnan(sd_mm := float(self._model[SD][0])) else sd_mm,
         )
