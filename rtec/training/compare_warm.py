@@ -10,13 +10,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from rtec.dataset.warm_log import WarmLog
-from rtec.errors import ArgumentError
+from rtec.errors import RtecError
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.training.warm_intervals import calibrated_factor, half_widths
-from rtec.training.warm_methods import ModelFit, WarmMethod, WarmTask, warm_methods
+from rtec.training.warm_methods import WarmMethod, warm_methods
 from rtec.training.warm_parts import WarmParts, parts_of
 from rtec.training.warm_results import ChannelFit, SensorRow, WarmComparison, WarmKind, WarmRow
 from rtec.training.warm_sensors import sensor_rows, updated_hourly
+from rtec.training.warm_task import ModelFit, WarmTask
 
 NO_WORSE = 1.05
 """Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen."""
@@ -103,7 +104,7 @@ def _rows(
             task.until_s = time.perf_counter() + left_s / (len(methods) - place)
             try:
                 row = _judged(row, method, task)
-            except ArgumentError as error:
+            except RtecError as error:
                 reason = str(error)
             except np.linalg.LinAlgError:
                 reason = "its equations have no answer: too few rows, or columns that say the same"

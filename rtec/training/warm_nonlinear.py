@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 
@@ -20,15 +19,17 @@ from rtec.predictors.fitting.warm.lssvm import GAMMAS, WIDTHS, fit_ls_svm
 from rtec.predictors.fitting.warm.rows import rms, thin_by_blocks
 from rtec.predictors.warm.bayes import BayesRegressor
 from rtec.predictors.warm.fuzzy import Conjunction
-from rtec.training.warm_features import FeatureSet, described
+from rtec.predictors.warm.regressor import RegressorFit
+from rtec.training.warm_features import FeatureSet, described, few_columns
 from rtec.training.warm_parts import Places
-from rtec.training.warm_task import ModelFit, WarmFit, WarmTask, fitted
+from rtec.training.warm_task import FitRows, ModelFit, NoFigure, WarmFit, WarmTask, fitted
 
 SCOUT_ROWS = 400
 """That settings are tried on: their error by blocks hardly changes with more."""
 MOST_ROWS = 1000
 """That the last fit sees."""
-Setting = TypeVar("Setting")
+FEW_ROWS = 250
+"""That machines for each operating condition see: without a block, each is trained again."""
 
 
 def fit_machine(task: WarmTask) -> WarmFit:
@@ -40,19 +41,25 @@ def fit_machine(task: WarmTask) -> WarmFit:
 
     features, best = _chosen(task, figures)
     width, gamma = every[best]
-    return _with_rows(task, features, MOST_ROWS, partial(fit_ls_svm, widths=(width,), gammas=(gamma,)))
+    return _with_rows(task, features, _rows(task, MOST_ROWS), partial(fit_ls_svm, widths=(width,), gammas=(gamma,)))
 
 
 def fit_network(task: WarmTask, *, conjunction: Conjunction) -> WarmFit:
     """Fit fuzzy networks; features, components, rules and widths are chosen for all channels together."""
     every = list(itertools.product(COMPONENTS, RULES, OVERLAPS))
 
-    def settings(place: int) -> dict[str, tuple[float, ...]]:
+    def fit(place: int, columns: Floats, output: Floats, block: Places) -> RegressorFit:
         components, rules, overlap = every[place]
-        return {"components": (components,), "rules": (rules,), "overlaps": (overlap,)}
-
-    def fit(place: int, columns: Floats, output: Floats, block: Places):
-        return fit_fuzzy(columns, output, block, conjunctions=(conjunction,), seed=task.seed, **settings(place))
+        return fit_fuzzy(
+            columns,
+            output,
+            block,
+            components=(components,),
+            rules=(rules,),
+            overlaps=(overlap,),
+            conjunctions=(conjunction,),
+            seed=task.seed,
+        )
 
     def figures(columns: Floats, output: Floats, block: Places) -> list[float]:
         found = []
@@ -64,17 +71,18 @@ def fit_network(task: WarmTask, *, conjunction: Conjunction) -> WarmFit:
         return found
 
     features, best = _chosen(task, figures)
-    return _with_rows(task, features, MOST_ROWS, partial(fit, best))
+    return _with_rows(task, features, _rows(task, MOST_ROWS), partial(fit, best))
 
 
 def fit_bayesian(task: WarmTask) -> WarmFit:
     """Fit Bayesian networks; each channel chooses its causes."""
-    return _with_own_settings(task, MOST_ROWS, lambda features: partial(fit_bayes, features=features))
+    task.bayes = _with_own_settings(task, MOST_ROWS, lambda features: partial(fit_bayes, features=features))
+    return task.bayes
 
 
 def fit_bayesian_mode(task: WarmTask) -> WarmFit:
     """Return the networks of `fit_bayesian` with the most probable state as their answer (equations 11 and 12)."""
-    found = fit_bayesian(task)
+    found = task.bayes or fit_bayesian(task)
     channels = {}
     for name, one in found.channels.items():
         assert isinstance(one.regressor, BayesRegressor)  # noqa: S101 - what fit_bayes gives
@@ -104,4 +112,54 @@ class Mode:
 
 def fit_both(task: WarmTask) -> WarmFit:
     """Fit a Bayesian network that tells the operating condition, and an LS-SVM for each condition."""
-    return _with_own_settings(task, SCOUT_ROWS, lambda features: partial(fit_bayes_ls_svm, features=features))
+    return _with_own_settings(task, FEW_ROWS, lambda features: partial(fit_bayes_ls_svm, features=features))
+
+
+def _rows(task: WarmTask, most: int) -> Places:
+    """Return rows of the training part, evenly from each block, no more than ``most``."""
+    parts = task.parts
+    return parts.rows[thin_by_blocks(parts.block, most_rows=min(most, parts.rows.size))]
+
+
+def _sets(task: WarmTask) -> list[FeatureSet]:
+    """Return the sets of features that are tried: as they are, with lagging heat, those of the first-order lags."""
+    few = few_columns(tuple(task.parts.log.inputs))
+    return list(dict.fromkeys([task.plain, few, *([task.lags] if task.lags else [])]))
+
+
+def _chosen(task: WarmTask, figures: Callable[[Floats, Floats, Places], list[float]]) -> tuple[FeatureSet, int]:
+    """Return the features, and the place of the setting, with the lowest error by blocks over all channels."""
+    parts, rows = task.parts, _rows(task, SCOUT_ROWS)
+    at = np.searchsorted(parts.rows, rows)
+    tried: list[tuple[float, int, FeatureSet]] = []
+    for features in _sets(task):
+        if tried and time.perf_counter() > task.until_s:
+            break
+        columns = parts.columns(features)[at]
+        squares = np.sum(
+            [np.square(figures(columns, output[at], parts.block[at])) for output in parts.outputs.values()], axis=0
+        )
+        tried.append((float(squares.min()), int(np.argmin(squares)), features))
+    least, best, features = min(tried, key=lambda one: one[0])
+    if not np.isfinite(least):
+        raise NoFigure("no setting of it answers in every row")
+    return features, best
+
+
+def _with_own_settings(task: WarmTask, most: int, fit_of: Callable[[FeatureSet], FitRows]) -> WarmFit:
+    """Return the fit whose features have the lowest error by blocks over all channels; each channel sets the rest."""
+    rows = _rows(task, most)
+    found: list[tuple[float, WarmFit]] = []
+    for features in _sets(task):
+        if found and time.perf_counter() > task.until_s:
+            break
+        fit = _with_rows(task, features, rows, fit_of(features))
+        errors = [rms(one.left_out) for one in fit.channels.values() if one.left_out is not None]
+        found.append((rms(np.array(errors)), fit))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _with_rows(task: WarmTask, features: FeatureSet, rows: Places, fit: FitRows) -> WarmFit:
+    every = task.parts.rows.size
+    thinned = (f"Fitted to {rows.size} of {every} rows.",) if rows.size < every else ()
+    return fitted(task, features, rows, fit, (described(features), *thinned))

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from rtec.errors import RtecError
 from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.predictors.warm.features import Feature
@@ -18,6 +19,10 @@ from rtec.training.warm_parts import Places, WarmParts
 _FOLDS = 5
 FitRows = Callable[[Floats, Floats, Places], RegressorFit]
 """Fits columns, shape (rows, features), and an output to rows of blocks, shape (rows,) each."""
+
+
+class NoFigure(RtecError):
+    """A method has none for these data; the message says why."""
 
 
 class Answers(Protocol):
@@ -76,12 +81,15 @@ class WarmTask:
         On the clock of `time.perf_counter`: when settings are no longer tried.
     lags
         Features that the first-order lags chose, for the methods after them.
+    bayes
+        What the Bayesian networks are, for the row of their most probable state.
     """
 
     parts: WarmParts
     seed: int = 0
     until_s: float = np.inf
     lags: FeatureSet | None = None
+    bayes: WarmFit | None = None
 
     @property
     def plain(self) -> FeatureSet:
@@ -115,7 +123,5 @@ def fitted_channel(
     columns, output = parts.columns(features)[at], parts.outputs[name][at]
     one = fit(columns, output, parts.block[at])
     by_rows = rms(fit(columns, output, task.folds[at]).left_out)
-    made = ModelFit(
-        features=features, regressor=one.regressor, rows=rows, left_out=one.left_out, rms_rows_um=by_rows
-    )
+    made = ModelFit(features=features, regressor=one.regressor, rows=rows, left_out=one.left_out, rms_rows_um=by_rows)
     return made, one.notes
