@@ -15,6 +15,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import figures_bayes
 import figures_c_source
 import figures_check
 import figures_command
@@ -47,6 +48,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "predictors": figures_predictors.predictors,
     "narx": figures_narx.narx,
     "ls-svm": figures_lssvm.ls_svm,
+    "bayes": figures_bayes.bayes,
     "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
