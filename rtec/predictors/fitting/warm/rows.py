@@ -26,7 +26,7 @@ class Rows:
     """
 
     scaled: Floats
-    """Shape (rows, features): zero mean, standard deviation 1."""
+    """Shape (rows, features): zero mean, standard deviation 1 times the weight of the column."""
     output: Floats
     blocks: tuple[Places, ...]
     which: Places
@@ -46,7 +46,7 @@ class Rows:
         return (f"Column{'' if one else 's'} {', '.join(constant)} {'is' if one else 'are'} constant and left out.",)
 
 
-def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
+def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike, weights: npt.ArrayLike = 1.0) -> Rows:
     """Check the rows that a regressor is to be fitted to, and scale them.
 
     Parameters
@@ -57,6 +57,8 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
         Shape (rows,).
     block
         The block of each row, as any whole number, shape (rows,).
+    weights
+        Above 0, of each column: what its standard deviation becomes.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
     if constant.all():
         raise ArgumentError("columns", "constant columns", "at least one that varies")
     per_unit = np.zeros(centre.size)
-    np.divide(1.0, columns.std(axis=0), out=per_unit, where=~constant)
+    np.divide(np.asarray(weights, dtype=np.float64), columns.std(axis=0), out=per_unit, where=~constant)
     order = np.argsort(which, kind="stable")
     ends = np.cumsum(np.bincount(which))[:-1]
     return Rows(
