@@ -203,6 +203,6 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
 def _columns(conditions: Conditions) -> list[str]:
     """Return the kinds of columns that effects can depend on."""
     names = {"direction": "direction", "time_s": "time", "velocity": "velocity", "acceleration": "acceleration"}
-    names |= {"pressure_hpa": "pressure", "humidity_percent": "humidity", "load": "load"}
+    names |= {"pressure_hpa": "pressure", "humidity_percent": "humidity", "load": "load", "spindle_rpm": "spindle"}
     have = [word for name, word in names.items() if getattr(conditions, name) is not None]
     return have + list(conditions.temperatures)

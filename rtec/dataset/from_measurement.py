@@ -53,6 +53,7 @@ def rows_of(
         pressure_hpa=beside.get("pressure"),
         humidity_percent=beside.get("humidity"),
         load=beside.get("load"),
+        spindle_rpm=beside.get("spindle"),
         temperatures={name: values for name, values in beside.items() if name.startswith("temperature")},
         unknown={name: values.astype(np.float64, copy=False) for name, values in numeric.items()},
         notes=(*measurement.notes, *positions.notes),
@@ -120,7 +121,7 @@ def clock_runs_back(time_s: Floats, run: Ints) -> Ints:
 def _not_used(rows: Rows, *, in_motion: bool) -> Iterator[str]:
     """Yield notes about the columns that nothing, or not everything, uses."""
     columns, unknown = rows.measurement.columns, rows.measurement.unknown
-    used = {"run", "direction", "time", "deviation", "velocity", "pressure", "humidity", "load"}
+    used = {"run", "direction", "time", "deviation", "velocity", "pressure", "humidity", "load", "spindle"}
     used |= {rows.observe, rows.coordinate, *rows.temperatures, *(() if in_motion else ("feed",))}
     if rows.observe == "deviation" and "deviation" not in columns:
         used |= {"target", "actual"}

@@ -51,6 +51,7 @@ class Rows:
     pressure_hpa: Floats | None = None
     humidity_percent: Floats | None = None
     load: Floats | None = None
+    spindle_rpm: Floats | None = None
     temperatures: dict[str, Floats] = field(default_factory=dict)
     unknown: dict[str, Floats] = field(default_factory=dict)
     stands_for: Floats | None = None

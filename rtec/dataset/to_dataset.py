@@ -23,7 +23,17 @@ from rtec.metrology.columns import MOST_AXES
 
 FEWEST_ROWS = 3
 """Below, nothing at all can be told from noise."""
-_SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "load")
+_SHARED = (
+    "position",
+    "position_unit",
+    "run",
+    "direction",
+    "time_s",
+    "velocity",
+    "acceleration",
+    "load",
+    "spindle_rpm",
+)
 _SAME_LOAD = 0.01  # of what the loads differ by
 
 

@@ -184,7 +184,7 @@ def residual_by(dataset: Dataset, residual: Floats) -> tuple[Where, ...]:
     """
     c = dataset.coordinates
     changing, kept = _between_repeats(residual, dataset.cell)
-    slow = {"time", "row order", *c.temperatures} if dataset.has_repeats else set()
+    slow = {"time", "row order", "spindle speed", *c.temperatures} if dataset.has_repeats else set()
     found = []
     for quantity, unit, values, labels in _quantities(dataset, c):
         bins = int(labels.max()) + 1
@@ -212,6 +212,7 @@ def _quantities(dataset: Dataset, c: Conditions) -> Iterator[tuple[str, str, Flo
         ("velocity", f"{c.position_unit}/s", c.velocity),
         ("acceleration", f"{c.position_unit}/s^2", c.acceleration),
         ("distance since reversal", c.position_unit, c.since_reversal),
+        ("spindle speed", "rpm", c.spindle_rpm),
         *((name, "degC", heat) for name, heat in c.temperatures.items()),
         *((name, "", column) for name, column in dataset.unknown),
     ):

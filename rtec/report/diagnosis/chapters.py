@@ -225,6 +225,8 @@ def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_
     for name, heat in c.temperatures.items():
         label = printable(name).replace("_", " ").capitalize()
         found.append((label, f"{float(heat.min()):.4g} to {float(heat.max()):.4g} °C".replace("-", "−")))
+    if c.spindle_rpm is not None:
+        found.append(("Spindle", f"{float(c.spindle_rpm.min()):.4g} to {float(c.spindle_rpm.max()):.4g} rev/min"))
     for label, value in (("Screw pitch", c.screw_pitch), ("Scale signal period", c.signal_period)):
         if value is not None:
             found.append((label, f"{quantity_text(value, c.position_unit, digits=6)}, as stated"))
