@@ -79,7 +79,8 @@ def _said_blocks(measurement: Measurement, axis: AxisFacts) -> Ints | None:
     columns |= {quantity: column.values for quantity, column in measurement.columns.items()}
     values = next((values for key, values in columns.items() if key.lower() == name.strip().lower()), None)
     if values is None:
-        raise axis.wrong("blocks", f"the name of a column ({', '.join(columns)})")
+        headings = [*(column.heading for column in measurement.columns.values()), *measurement.unknown]
+        raise axis.wrong("blocks", f"the name of a column ({', '.join(headings)})")
     changed: Ints = np.cumsum(np.append(False, values[1:] != values[:-1]))
     return changed
 

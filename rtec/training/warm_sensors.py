@@ -25,8 +25,9 @@ def sensor_rows(parts: WarmParts) -> tuple[SensorRow, ...]:
     """Return the best set of one thermometer, of two, ... of six, and all of them; empty without a thermometer.
 
     Every set is judged by a ridge regression on its thermometers and on the heat of the spindle behind by two time
-    constants (without a speed on the thermometers behind by them), by blocks that are left out. A set grows by the thermometer that helps most; then each is exchanged for another one
-    where that helps. All is repeated without each block of the training part.
+    constants (without a speed on the thermometers behind by them), by blocks that are left out. A set grows by the
+    thermometer that helps most; then each is exchanged for another one where that helps. All is repeated without each
+    block of the training part.
     """
     names = [name for name in parts.log.inputs if name != SPINDLE_SPEED]
     if not names:
