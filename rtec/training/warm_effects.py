@@ -19,7 +19,7 @@ from rtec.predictors.fitting.warm.rows import thin_by_blocks
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature
 from rtec.training.warm_features import FeatureSet, described
 from rtec.training.warm_parts import Places
-from rtec.training.warm_task import NoFigure, WarmFit, WarmTask, fitted_channel
+from rtec.training.warm_task import NoFigureError, WarmFit, WarmTask, fitted_channel
 
 DIAGNOSED_ROWS = 500
 """That a diagnosis sees; it takes seconds for each channel."""
@@ -30,7 +30,7 @@ def fit_effects(task: WarmTask) -> WarmFit:
 
     Raises
     ------
-    NoFigure
+    NoFigureError
         The time is over before every channel has had its diagnosis, or one names no effect of heat.
     """
     parts = task.parts
@@ -39,12 +39,12 @@ def fit_effects(task: WarmTask) -> WarmFit:
     for done, name in enumerate(parts.log.outputs):
         if done and time.perf_counter() > task.until_s:
             many = len(parts.log.outputs)
-            raise NoFigure(f"the time was over after {done} of {many} channels: --budget gives more")
+            raise NoFigureError(f"the time was over after {done} of {many} channels: --budget gives more")
         result = diagnose(load_dataset(_measurement(task, name, rows), observe=name))
         features = features_of(result.model)
         others = [term.effect.name for term in result.model.terms if not isinstance(term.effect, ThermalShift)]
         if not features:
-            raise NoFigure(f"{name}: the diagnosis names no effect of heat ({result.verdict.value})")
+            raise NoFigureError(f"{name}: the diagnosis names no effect of heat ({result.verdict.value})")
         channels[name], _ = fitted_channel(task, name, features, parts.rows, fit_least_squares)
         said = f"{name}: {result.verdict.value}, thermal_shift. {described(features)}"
         notes.append(said + (f" Not taken: {', '.join(dict.fromkeys(others))}." if others else ""))

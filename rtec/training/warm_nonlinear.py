@@ -22,7 +22,7 @@ from rtec.predictors.warm.fuzzy import Conjunction
 from rtec.predictors.warm.regressor import RegressorFit
 from rtec.training.warm_features import FeatureSet, described, few_columns
 from rtec.training.warm_parts import Places
-from rtec.training.warm_task import FitRows, ModelFit, NoFigure, WarmFit, WarmTask, fitted
+from rtec.training.warm_task import FitRows, ModelFit, NoFigureError, WarmFit, WarmTask, fitted
 
 SCOUT_ROWS = 400
 """That settings are tried on: their error by blocks hardly changes with more."""
@@ -142,7 +142,7 @@ def _chosen(task: WarmTask, figures: Callable[[Floats, Floats, Places], list[flo
         tried.append((float(squares.min()), int(np.argmin(squares)), features))
     least, best, features = min(tried, key=lambda one: one[0])
     if not np.isfinite(least):
-        raise NoFigure("no setting of it answers in every row")
+        raise NoFigureError("no setting of it answers in every row")
     return features, best
 
 

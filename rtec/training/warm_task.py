@@ -21,7 +21,7 @@ FitRows = Callable[[Floats, Floats, Places], RegressorFit]
 """Fits columns, shape (rows, features), and an output to rows of blocks, shape (rows,) each."""
 
 
-class NoFigure(RtecError):
+class NoFigureError(RtecError):
     """A method has none for these data; the message says why."""
 
 
