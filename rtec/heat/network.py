@@ -22,8 +22,6 @@ ROOM = "room"
 """The node whose temperature is given."""
 FASTEST_S = 0.01
 """Shortest time constant of a node."""
-HOTTEST_DEGC = 1000.0
-"""Beyond, a run is refused: heat finds no way out, or the preload rises faster than heat can flow off."""
 MOST_ROWS = 2_000_000
 """Of a run: 23 days of seconds."""
 
@@ -293,17 +291,18 @@ class Network:
         states = np.empty((rows_s.size, y.size))
         heats = np.empty((rows_s.size, len(self.bearings) + len(self.losses)))
         running = np.empty(rows_s.size, dtype=np.int64)
-        kernels.run_network(
+        runaway = kernels.run_network(
             grid_s, piece_of, shown, pieces, self._parts(room), self._chiller_record(chiller_runs), y,
             np.empty((kernels.STAGES, y.size)), states, heats, running,
         )  # fmt: skip
-        degc, energies = np.split(states, [len(self.nodes)], axis=1)
-        if not np.isfinite(states).all() or degc.max() > HOTTEST_DEGC:
-            hottest = self.nodes[int(np.argmax(np.where(np.isfinite(degc), degc, np.inf)) % len(self.nodes))].name
+        if runaway >= 0:
             raise ArgumentError(
-                f"node {hottest}", "", "less heat, more ways out for it, or less preload_n_k of its bearing",
-                problem=f"rises above {HOTTEST_DEGC:g} degC",
-            )  # fmt: skip
+                f"node {self.nodes[runaway].name}",
+                "",
+                "less heat, more ways out, or less preload_n_k of its bearing",
+                problem=f"rises above {kernels.RUNAWAY_DEGC:g} degC",
+            )
+        degc, energies = np.split(states, [len(self.nodes)], axis=1)
         capacities = np.array([node.capacity_j_k for node in self.nodes])
         return NetworkRun(
             time_s=rows_s,
@@ -323,7 +322,7 @@ class Network:
         for name, degc in (start_degc or {}).items():
             if name not in found:
                 raise unknown("start_degc", name, found, noun="node")
-            found[name] = number_within(f"start_degc: {name}", degc, -50.0, 200.0, unit="degC")
+            found[name] = number_within(f"start_degc: {name}", degc, -50.0, kernels.RUNAWAY_DEGC, unit="degC")
         return np.array([*found.values()])
 
     def _parts(self, room: Room) -> tuple[Any, ...]:
