@@ -20,8 +20,8 @@ from rtec.training.warm_sensors import sensor_rows, updated_hourly
 from rtec.training.warm_task import ModelFit, WarmTask
 
 NO_WORSE = 1.2
-"""Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen. Blocks are few: their
-errors are not known better than that."""
+"""Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen. Blocks are few, so
+that no error by blocks is known better than that."""
 PERSISTENCE = "persistence"
 BEYOND = 0.02
 """Of the range of an input in training: so much farther out is outside of it."""
@@ -62,8 +62,8 @@ def compare_warm(
     Notes
     -----
     All choices, of features, settings, sensors and of the row, are made by the error of training blocks that are left
-    out in turn. Chosen is, of the rows whose error by blocks is at most a fifth above the lowest, the one with the fewest
-    numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
+    out in turn. Chosen is, of the rows whose error by blocks is at most a fifth above the lowest, the one with the
+    fewest numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
     """
     parts = parts_of(log, heldout)
     chosen_methods = tuple(methods or warm_methods())
