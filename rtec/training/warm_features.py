@@ -54,7 +54,8 @@ def weights_of(features: FeatureSet, columns: Floats) -> Floats:
     van den Berg et al. 2006: Pareto scaling.
     """
     unit = np.array([_SPEED_UNIT if one.of == SPINDLE_SPEED and not one.heat else 1.0 for one in features])
-    return np.asarray(np.sqrt(columns.std(axis=0) / unit))
+    spread = columns.std(axis=0) / unit
+    return np.asarray(np.sqrt(np.where(spread > 0.0, spread, 1.0)))
 
 
 def scaled_columns(features: FeatureSet, columns: Floats) -> Floats:

@@ -16,6 +16,7 @@ JUDGING = 0.15
 """Share of the rows that judge, at least."""
 PERIOD_S = 60.0
 """Between two rows that train: temperatures hardly change in less."""
+_MOST_NAMED = 3
 Places = npt.NDArray[np.int64]
 
 
@@ -92,7 +93,8 @@ def parts_of(log: WarmLog, heldout: WarmLog | None = None) -> WarmParts:
     until = int(late[-1]) if late.size else int(begins[-1]) or round((1.0 - JUDGING) * log.rows)
     hours = log.hours
     names = dict.fromkeys(log.blocks.names[number] for number in np.unique(of_row[until:]))
-    heldout_by = f"the last blocks ({', '.join(names)}), from {hours[until]:.4g} h on"
+    named = f" ({', '.join(names)})" if len(names) <= _MOST_NAMED else ""
+    heldout_by = f"the last blocks{named}, from {hours[until]:.4g} h on"
     return WarmParts(
         log=log, judge=log, until=until, first=until, rows=_one_a_minute(log.time_s, until), heldout_by=heldout_by
     )
