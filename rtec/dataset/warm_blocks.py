@@ -12,6 +12,8 @@ from rtec.dataset.standstill import Ints
 from rtec.effects.conditions import Floats
 from rtec.predictors.warm.features import SPINDLE_SPEED
 
+BY_SPEED = "spindle speed"
+"""What starts a block where the speed is known and changes."""
 EQUAL_PARTS = 6
 """Parts of the time, where nothing else makes blocks."""
 FEWEST_BLOCKS = 3
@@ -53,13 +55,13 @@ class Blocks:
 
 
 def breaks_in(time_s: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_], float]:
-    """Return after which rows the time does not go on, after which nothing was read for long, and the usual interval.
+    """Return after which rows the time jumps back, after which nothing was read for long, and the usual interval.
 
     Long is ten usual intervals and ten minutes. The first two have the shape (rows - 1,).
     """
     steps = np.diff(time_s)
     usual_s = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 1.0
-    return steps <= 0.0, steps > max(_GAP * usual_s, _LONGEST_GAP_S), usual_s
+    return steps < 0.0, steps > max(_GAP * usual_s, _LONGEST_GAP_S), usual_s
 
 
 def stretch_starts(time_s: Floats, run: Ints) -> tuple[int, ...]:
@@ -116,7 +118,7 @@ def blocks_of(
     fixed = np.array(starts[1:], dtype=np.int64)
     speed = inputs.get(SPINDLE_SPEED, np.zeros(time_s.size))
     tries: list[tuple[str, Ints, Callable[[Ints], str]]] = [
-        ("spindle speed", _changes(speed), lambda rows: _usual_speed(speed[rows])),
+        (BY_SPEED, _changes(speed), lambda rows: _usual_speed(speed[rows])),
         ("run or stretch", np.empty(0, dtype=np.int64), lambda rows: f"run {run[rows[0]]}, {at_time(rows)}"),
         ("turn of the hottest sensors", _turns(inputs), at_time),
     ]

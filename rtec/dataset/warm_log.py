@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtec.dataset.from_measurement import run_numbers
 from rtec.dataset.warm_blocks import FEWEST_BLOCKS, Blocks, blocks_of
@@ -37,7 +38,7 @@ class WarmLog:
     time_s
         Ascending within each stretch, shape (rows,).
     outputs
-        Displacements in um by channel, shape (rows,) each.
+        Displacements in um by channel, shape (rows,) each; NaN where none was measured.
     others
         Displacements that are not observed: they help to choose what all have in common, such as time constants.
     inputs
@@ -63,6 +64,13 @@ class WarmLog:
     def rows(self) -> int:
         """Number of rows."""
         return int(self.time_s.size)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """In which rows every displacement was measured, shape (rows,)."""
+        return np.asarray(
+            np.all([np.isfinite(one) for one in (*self.outputs.values(), *self.others.values())], axis=0)
+        )
 
     @property
     def hours(self) -> Floats:
@@ -217,7 +225,7 @@ def _outputs(
         headings = ", ".join([*(column.heading for column in measurement.columns.values()), *measurement.unknown])
         problem = f"no displacement in the columns {headings[:_MOST_HEADINGS]!r}"
         raise FileFormatError(measurement.source, None, problem, "a column such as axial_um")
-    others = [f"{name} in {unit}" for name, (_, unit) in channels.items() if name not in lengths]
+    others = [f"{name} in {unit}" for name, (_, unit) in channels.items() if unit not in ("", "mm")]
     return lengths, {}, [f"not observed, as they are no displacements: {', '.join(others)}"] if others else []
 
 

@@ -28,7 +28,7 @@ class UsableRows:
     Parameters
     ----------
     rows
-        Rows in which every column that is left has a value, shape (rows,).
+        Rows in which every sensor that is left has a value, shape (rows,).
     inputs, outputs, others
         Columns at these rows, shape (rows,) each.
     notes
@@ -45,7 +45,7 @@ class UsableRows:
 def usable_rows(
     time_s: Floats, inputs: Columns, outputs: Columns, others: Columns, *, is_fixed: bool, asked: bool
 ) -> UsableRows:
-    """Leave out sensors that fail, displacements that are hardly there, and rows without a value.
+    """Leave out sensors that fail, displacements that are hardly there, and rows in which a sensor has no value.
 
     Parameters
     ----------
@@ -75,9 +75,10 @@ def usable_rows(
             continue
         good[name] = values
         if missing.any():
-            kept &= ~missing
             first = time_s[np.argmax(missing)]
-            notes.append(f"{name} is missing in {np.count_nonzero(missing)} rows, first at {first:.6g} s: left out")
+            notes.append(
+                f"{name} is missing in {np.count_nonzero(missing)} rows, first at {first:.6g} s: they are not used"
+            )
     rows = np.flatnonzero(kept)
     return UsableRows(
         rows=rows,

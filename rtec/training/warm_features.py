@@ -39,8 +39,9 @@ def lag_sets(inputs: Sequence[str]) -> list[FeatureSet]:
 
 def few_columns(inputs: Sequence[str]) -> FeatureSet:
     """Return the usual features without those temperatures that are behind, where there is a speed."""
-    sets = lag_sets(inputs)
-    return sets[len(LAGS_S)] if SPINDLE_SPEED in inputs else sets[0]
+    usual = lag_sets(inputs)[0]
+    as_they_are = tuple(one for one in usual if one.of == SPINDLE_SPEED or one.lag_s == 0.0)
+    return as_they_are if SPINDLE_SPEED in inputs else usual
 
 
 def weights_of(features: FeatureSet, columns: Floats) -> Floats:

@@ -90,7 +90,7 @@ class _Search:
             weights = weights_of(features, columns)
             fit = fit_ridge(columns, parts.outputs[name], parts.block, shares=(share,), weights=weights)
             off.append(judged - fit.regressor.predict(parts.judging_columns(features))[0])
-        hours = parts.judge.hours[parts.first :]
+        hours = parts.hours
         times = max(len(repeats), 1)
         return SensorRow(
             sensors=sensors,
