@@ -65,7 +65,8 @@ def compare_warm(
     -----
     All choices, of features, settings, sensors and of the row, are made by the error of training blocks that are left
     out in turn. Chosen is the best physical row, where its error by blocks is at most a fifth above the lowest; else,
-    of the rows at most 5 % above the lowest, the one with the fewest numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
+    of the rows at most 5 % above the lowest, the one with the fewest numbers. Rows that need a probe, and those that
+    are no better than the mean, are never chosen.
     """
     parts = parts_of(log, heldout)
     chosen_methods = tuple(methods or warm_methods())
