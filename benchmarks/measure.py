@@ -15,12 +15,14 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import figures_bayes
 import figures_c_source
 import figures_check
 import figures_command
 import figures_contour
 import figures_diagnosis
 import figures_firmware
+import figures_heat
 import figures_house
 import figures_link
 import figures_live
@@ -46,6 +48,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "predictors": figures_predictors.predictors,
     "narx": figures_narx.narx,
     "ls-svm": figures_lssvm.ls_svm,
+    "bayes": figures_bayes.bayes,
     "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
@@ -55,6 +58,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "first-run": figures_command.first_run,
     "check": figures_check.check,
     "contour": figures_contour.contour,
+    "heat": figures_heat.heat,
     "c-source": figures_c_source.c_source,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,

@@ -39,8 +39,12 @@ def decide(
     measurement: Measurement, axis: AxisFacts, observe: str | None, like: Dataset | None
 ) -> tuple[MeasurementKind, Rows]:
     """Return the kind of a measurement, and its rows; those of a log without wraps and transients, with its rests."""
+    if observe is None and like is not None:
+        observe = like.observe
+    if observe is not None:
+        measurement = measurement.with_channel(observe)
     positions = measurement.positions(axis)
-    quantity = observed_quantity(measurement, observe if observe is not None or like is None else like.observe)
+    quantity = observed_quantity(measurement, observe)
     coordinate = coordinate_of(measurement, positions, quantity, None if like is None else like.coordinate)
     has_velocity = "velocity" in measurement.columns and quantity != "velocity"
     position, _ = position_of(measurement, positions, coordinate)

@@ -8,11 +8,11 @@ from rtec.effects import Observable
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError, unknown
 from rtec.metrology import Measurement, Positions
-from rtec.metrology.columns import quantity_of_heading
+from rtec.metrology.columns import channel_of_heading, quantity_of_heading
 
 DRIVE = ("force", "current", "torque", "voltage")
 """Quantities of a drive."""
-_NEVER_OBSERVED = ("run", "direction", "time", "target", "deviation")
+_NEVER_OBSERVED = ("run", "direction", "time", "target", "deviation", "spindle")
 
 
 def observed_quantity(measurement: Measurement, observe: str | None) -> str:
@@ -30,8 +30,10 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
         word = observe.strip().lower()
         named = quantity_of_heading(word)
         quantity = word if named is None else named[0]
+        quantity = channel_of_heading(word)[0] if quantity not in possible else quantity
         if quantity in possible:
             return quantity
+        possible += measurement.channels()
         if not possible:
             problem = f"nothing to explain in the columns {every}"
             raise FileFormatError(measurement.source, None, problem, "a column of a deviation, force or current")

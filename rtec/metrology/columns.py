@@ -49,8 +49,14 @@ def column_units(quantity: str, *headings: Heading) -> dict[str, ColumnUnit]:
     }
 
 
+_DEG_S_PER_RPM = 6.0
 UNITS_OF_QUANTITY = {"run": _NONE, "direction": _NONE} | {
     quantity: column_units(quantity, Heading.OURS) for quantity in _DIMENSIONS
+}
+UNITS_OF_QUANTITY["spindle"] = {
+    name: ColumnUnit("rpm", unit.factor / _DEG_S_PER_RPM)
+    for name, unit in UNITS_OF_QUANTITY["velocity"].items()
+    if unit.inside == "deg_s"
 }
 """Quantities of a measurement file and the units their headings may carry; the unit inside is one of them too."""
 
@@ -79,7 +85,8 @@ def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
     ----------
     heading
         Quantity, ``_``, unit, without regard to case. ``command`` is another word for ``target``;
-        ``temperature_NAME_degc`` is a quantity of its own for each name; ``load_UNIT`` has any unit.
+        ``temperature_NAME_degc`` is a quantity of its own for each name, ``temperature_NAME_c`` the same;
+        ``load_UNIT`` has any unit.
 
     Examples
     --------
@@ -100,10 +107,30 @@ def quantity_of_heading(heading: str) -> tuple[str, ColumnUnit] | None:
     if first == "temperature" and "_" in unit:
         inner, _, unit = unit.rpartition("_")
         name = f"temperature_{inner}"
+        unit = f"deg{unit}" if unit in ("c", "f") else unit
     if first == "load" and _ANY_UNIT.fullmatch(unit):
         return "load", ColumnUnit(unit, 1.0)
     found = UNITS_OF_QUANTITY.get(first, {}).get(unit) if unit else None
     return None if found is None else (name, found)
+
+
+def channel_of_heading(heading: str) -> tuple[str, ColumnUnit]:
+    """Return the name of a column of no known quantity, and its unit, which may be none.
+
+    Examples
+    --------
+    >>> channel_of_heading("ch3_um")
+    ('ch3', ColumnUnit(inside='mm', factor=0.001, offset=0.0))
+    >>> channel_of_heading("Count")
+    ('count', ColumnUnit(inside='', factor=1.0, offset=0.0))
+    """
+    text = heading.strip().lower()
+    name, _, last = text.rpartition("_")
+    column = spelled_unit(last) if name else None
+    unit = next((unit for unit in UNITS.values() if unit.column == column), None)
+    if unit is None:
+        return text, _NONE[""]
+    return name, ColumnUnit(_INSIDE[unit.dimension], unit.factor, unit.offset)
 
 
 def axis_of_heading(heading: str) -> tuple[int, ColumnUnit] | None:

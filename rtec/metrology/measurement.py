@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rtec.errors import ArgumentError, FileFormatError
 from rtec.metrology.axis_facts import AxisFacts
+from rtec.metrology.columns import channel_of_heading
 from rtec.metrology.plain_numbers import shown
 from rtec.metrology.readings import Floats, Readings, RotaryReadings
 from rtec.metrology.tables.choices import as_option
@@ -128,6 +129,32 @@ class Measurement:
             names = list(dict.fromkeys(self.passes[row] for row in rows))
             heading = names[0] if len(names) == 1 else ""
         return f"{quantity} ({shown(heading)})" if heading else quantity
+
+    def channels(self) -> dict[str, str]:
+        """Return the headings of columns of numbers that name no known quantity, by their names without the unit."""
+        numeric = (heading for heading, values in self.unknown.items() if values.dtype.kind in "fi")
+        return {channel_of_heading(heading)[0]: heading for heading in numeric}
+
+    def with_channel(self, name: str) -> Measurement:
+        """Return the measurement with one more known column: a channel, by its name or its heading.
+
+        A name that is no channel changes nothing.
+
+        Examples
+        --------
+        >>> m = Measurement(source="x", facts={}, columns={}, unknown={"ch3_um": np.array([1.0, 2.0])})
+        >>> m.with_channel("ch3").columns["ch3"]
+        Column(quantity='ch3', unit='mm', values=array([0.001, 0.002]))
+        """
+        by_name = self.channels()
+        word = name.strip().lower()
+        word = next((one for one, heading in by_name.items() if heading.lower() == word), word)
+        if word not in by_name or word in self.columns:
+            return self
+        _, unit = channel_of_heading(by_name[word])
+        values = (np.asarray(self.unknown[by_name[word]], dtype=np.float64) + unit.offset) * unit.factor
+        others = {heading: cells for heading, cells in self.unknown.items() if heading != by_name[word]}
+        return replace(self, columns={**self.columns, word: Column(word, unit.inside, values)}, unknown=others)
 
     def in_order_of_time(self) -> Measurement:
         """Return the rows as they were taken, where rows of several runs stand mixed, as in a file sorted by target.

@@ -54,10 +54,13 @@ def test_default_quantity_and_coordinate(load, header, values, observe, coordina
         ("deviation", "deviation", "mm", 0.5),
         ("actual", "actual", "mm", 1.5),
         ("temperature_nut", "temperature_nut", "degc", 20.0),
+        ("ch3", "ch3", "mm", 0.25),
+        ("CH3_um", "ch3", "mm", 0.25),
     ],
 )
 def test_observe_names_a_quantity_or_a_heading(load, observe, quantity, unit, first):
-    text = "target_mm,actual_mm,force_n,temperature_nut_degf\n1,1.5,7,68\n2,2.5,8,68\n3,3.25,9,68\n"
+    text = "target_mm,actual_mm,force_n,temperature_nut_degf,ch3_um\n"
+    text += "1,1.5,7,68,250\n2,2.5,8,68,250\n3,3.25,9,68,260\n"
     data = load(text, observe=observe)
     assert (data.observe, data.units.observed) == (quantity, unit)
     assert data.observed[0] == pytest.approx(first, rel=1e-12)
@@ -94,8 +97,8 @@ def test_nothing_or_too_much_to_explain(load):
         load("target_mm\n1\n2\n3\n", observe="force")
     with pytest.raises(ArgumentError, match=r"--observe: 'currents' is not valid; use .*did you mean 'current'"):
         load("target_mm,actual_mm,current_a\n1,2,3\n2,3,4\n3,4,5\n", observe="currents")
-    for word in ("target", "run", "time", "pulse_v", "x" * 1000, "\n"):
-        with pytest.raises(ArgumentError, match=r"--observe.*use deviation or actual") as caught:
+    for word in ("target", "run", "time", "pulses_v", "x" * 1000, "\n"):
+        with pytest.raises(ArgumentError, match=r"--observe.*use one of deviation, actual") as caught:
             load("run,time_s,target_mm,actual_mm,pulse_v\n1,1,1,1,1\n1,2,2,2,1\n1,3,3,3,1\n", observe=word)
         assert len(str(caught.value)) < 300
 
