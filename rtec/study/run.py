@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +24,12 @@ from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, limit_of, waveform
 from rtec.study.learning import learn, learning_s, score
 from rtec.study.models import LATHE, LEARNED, TRUTH
-from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
+from rtec.study.results import FeedCurve, HoldCurve, Learned, Shift, StudyResult, StudyRow
 from rtec.units import PS_PER_S
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
 """Weights of the parts in what is told of the progress: about the seconds that each takes."""
+_SHIFT_ROWS = 3
 _BELIEFS = {
     LEARNED: "learned: the effects found in the calibration",
     LATHE: "the network that the thesis prints",
@@ -69,13 +71,14 @@ def run_study(
         _troubled(study, _with_box(study, design))  # what cannot be is refused before anything is measured
     designs = len(study.designs)
     learning = learning_s(study) if study.learns else 0.0
-    total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
+    shifts = 0.0 if study.heat is None else import_module("rtec.study.shift").SHIFT_S * _SHIFT_ROWS
+    total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING) + shifts
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)
         # what does not depend on the predictor begins before it is known
         rows = [jobs.row("uncompensated", _troubled(study, machine_of(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
-        learned = None
+        learned = shift = None
         if study.learns:
             learned = learn(study, machine_of(study), workers.reporter)
             study = replace(study, model=learned.predictor, left_out=learned.left_out)
@@ -83,10 +86,12 @@ def run_study(
         feeds = [jobs.feed(study, design) for design in study.designs]
         if learned is not None and meanwhile is not None:
             meanwhile(learned)
+        if study.heat is not None:
+            shift = import_module("rtec.study.shift").run_shift(study, study.heat, machine_of(study), workers)
         measured = tuple(row.result() for row in rows)
         feed_curves = tuple(feed.result() for feed in feeds)
         hold_curves = tuple(hold.result() for hold in holds)
-    return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, begun)
+    return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, shift, begun)
 
 
 class _Jobs:
@@ -122,6 +127,7 @@ def _result(
     feeds: tuple[FeedCurve, ...],
     holds: tuple[HoldCurve, ...],
     learned: Learned | None,
+    shift: Shift | None,
     begun: float,
 ) -> StudyResult:
     """Collect what the report needs; ``study`` holds the predictor that was at work."""
@@ -131,6 +137,7 @@ def _result(
         command=_command(study),
         facts=_facts(study, task),
         learned=learned,
+        shift=shift,
         predictor_score=score(study, study.model, position),
         position_mm=position,
         forward_error_mm=study.axis_error.error_mm(position, 1),
