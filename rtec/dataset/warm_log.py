@@ -23,7 +23,6 @@ from rtec.predictors.warm.features import SPINDLE_SPEED
 SPINDLE = "spindle"
 """Quantity of a measurement that is the speed of a spindle in rev/min."""
 FEWEST_ROWS = 20
-_OVER_POSITIONS = ("target", "actual")
 _NO_CHANNELS = ("run", "direction", "time", SPINDLE)
 UM_PER_MM = 1e3
 _MOST_HEADINGS = 200
@@ -84,9 +83,15 @@ def is_warm_log(measurement: Measurement, observe: str | None = None) -> bool:
     heats = any(name == SPINDLE or name.startswith("temperature") for name in columns)
     if "time" not in columns or not heats:
         return False
-    if not any(name in columns for name in _OVER_POSITIONS):
+    if not _is_over_positions(measurement):
         return True
-    return observe is not None and _word(observe) in _channels(measurement)
+    return observe is not None and _word(observe) in measurement.channels()
+
+
+def _is_over_positions(measurement: Measurement) -> bool:
+    """Return whether a measurement has positions; what was only taken for one, as ``z_um``, is a displacement."""
+    actual = "actual" in measurement.columns and "actual" not in measurement.headings
+    return actual or "target" in measurement.columns
 
 
 def warm_log(
@@ -193,9 +198,11 @@ def _word(said: str) -> str:
 def _channels(measurement: Measurement) -> dict[str, tuple[Floats, str]]:
     """Return what may be observed, with its unit inside: by the name of the column without its unit."""
     found: dict[str, tuple[Floats, str]] = {}
+    hidden = (*_NO_CHANNELS, *(("target", "actual", "deviation") if _is_over_positions(measurement) else ()))
     for name, column in measurement.columns.items():
-        if name not in (*_NO_CHANNELS, *_OVER_POSITIONS) and not name.startswith("temperature"):
-            found[name] = column.values, column.unit
+        if name not in hidden and not name.startswith("temperature"):
+            guessed = measurement.headings.get(name, name) if name == "actual" else name
+            found[channel_of_heading(guessed)[0]] = column.values, column.unit
     for name, heading in measurement.channels().items():
         if axis_of_heading(heading) is None:
             unit = channel_of_heading(heading)[1]

@@ -30,11 +30,11 @@ MASSES_KG = {
     "housing_front": (16.0, STEEL_J_KG_K),
     "housing_rear": (14.0, STEEL_J_KG_K),
     "coolant": (14.0, COOLANT_J_KG_K),
-    "head_left": (55.0, IRON_J_KG_K),
-    "head_right": (55.0, IRON_J_KG_K),
-    "column_front": (160.0, IRON_J_KG_K),
-    "column_back": (160.0, IRON_J_KG_K),
-    "bed": (700.0, IRON_J_KG_K),
+    "head_left": (110.0, IRON_J_KG_K),
+    "head_right": (110.0, IRON_J_KG_K),
+    "column_front": (300.0, IRON_J_KG_K),
+    "column_back": (300.0, IRON_J_KG_K),
+    "bed": (1500.0, IRON_J_KG_K),
     "feed_motor": (7.0, 430.0),
     "screw_bearing": (2.0, STEEL_J_KG_K),
     "screw": (8.0, STEEL_J_KG_K),
@@ -56,8 +56,8 @@ CONDUCTED_W_K = {
     ("housing_front", "head_right"): 16.0,
     ("housing_rear", "head_left"): 14.0,
     ("housing_rear", "head_right"): 20.0,
-    ("head_left", "column_front"): 14.0,
-    ("head_right", "column_front"): 14.0,
+    ("head_left", "column_front"): 18.0,
+    ("head_right", "column_front"): 18.0,
     ("column_front", "column_back"): 35.0,
     ("column_front", "bed"): 18.0,
     ("column_back", "bed"): 18.0,
@@ -70,7 +70,7 @@ CONDUCTED_W_K = {
 """Through metal and joints."""
 SURFACES_M2 = {
     "stator": 0.05, "housing_front": 0.10, "housing_rear": 0.10, "head_left": 0.45, "head_right": 0.45,
-    "column_front": 1.2, "column_back": 1.3, "bed": 3.0, "feed_motor": 0.10, "nut": 0.02, "screw_bearing": 0.03,
+    "column_front": 1.4, "column_back": 1.5, "bed": 4.0, "feed_motor": 0.10, "nut": 0.02, "screw_bearing": 0.03,
 }  # fmt: skip
 """To the room's air, standing."""
 THERMOMETERS = {
@@ -134,7 +134,7 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
         chiller=Chiller(
             node="coolant",
             on_degc=chilled_from,
-            off_degc=chilled_from - draw.within(1.0, 2.0),
+            off_degc=chilled_from - draw.within(0.6, 1.2),
             power_w=draw.near(1800.0),
         ),
     )
@@ -155,7 +155,7 @@ def _links(draw: _Draw) -> tuple[Link, ...]:
     jacket = jacket_w_m2_k(10.0, draw.near(16.0), glycol=True)
     links += [
         Link(a="stator", b="coolant", standing_w_k=jacket * draw.near(0.020)),
-        Link(a="housing_front", b="coolant", chilled_w_k=jacket * draw.near(0.025)),
+        Link(a="housing_front", b="coolant", standing_w_k=draw.near(10.0), chilled_w_k=jacket * draw.near(0.010)),
         Link(a="coolant", standing_w_k=draw.near(25.0)),
         _rotating("mandrel", ROOM, 40.0, draw.near(0.02)),
         _rotating("shaft_nose", ROOM, 90.0, draw.near(0.02)),
@@ -199,8 +199,8 @@ def _losses(draw: _Draw) -> tuple[Loss, ...]:
 
 def _growths(draw: _Draw) -> tuple[Growth, ...]:
     """Return what each part does: free growth of its length, and bending of head and column by half differences."""
-    nose, front, arm, height = draw.near(0.14), draw.near(0.20), draw.near(0.42), draw.near(0.75)
-    half_width, depth = draw.near(0.20), draw.near(0.40)
+    nose, front, arm, height = draw.near(0.14), draw.near(0.20), draw.near(0.55), draw.near(0.75)
+    half_width, depth = draw.near(0.25), draw.near(0.45)
     lift = 0.5 * IRON_UM_M_K * height
     bend = IRON_UM_M_K * height / depth  # slope of the column's top, urad, for a kelvin between its faces
     away = 0.5 * IRON_UM_M_K * height**2 / depth  # and its shift

@@ -22,6 +22,8 @@ ROOM = "room"
 """The node whose temperature is given."""
 FASTEST_S = 0.01
 """Shortest time constant of a node."""
+MOST_ROWS = 2_000_000
+"""Of a run: 23 days of seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,11 +271,11 @@ class Network:
         Raises
         ------
         ArgumentError
-            An unknown node, a temperature that cannot be, or temperatures that grow without limit: the preload
-            rises faster than heat can flow off.
+            An unknown node, a temperature that cannot be, more than two million rows, or temperatures that grow
+            without limit: the preload rises faster than heat can flow off.
         """
         room = Room() if room is None else room
-        number_within("every_s", every_s, 1e-3, 1e6)
+        number_within("every_s", every_s, max(1e-3, duty.duration_s / MOST_ROWS), 1e6)
         before = np.arange(int(np.ceil(duty.duration_s / every_s - 1e-9)), dtype=np.float64)
         rows_s = np.append(before * every_s, duty.duration_s)
         corners = np.concatenate((duty.starts_s, np.asarray(room.time_s, dtype=np.float64)))

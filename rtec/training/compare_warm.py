@@ -13,7 +13,7 @@ from rtec.dataset.warm_log import WarmLog
 from rtec.errors import ArgumentError
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.training.warm_intervals import calibrated_factor, half_widths
-from rtec.training.warm_methods import ModelFit, WarmFit, WarmMethod, WarmTask, warm_methods
+from rtec.training.warm_methods import ModelFit, WarmMethod, WarmTask, warm_methods
 from rtec.training.warm_parts import WarmParts, parts_of
 from rtec.training.warm_results import ChannelFit, SensorRow, WarmComparison, WarmKind, WarmRow
 from rtec.training.warm_sensors import sensor_rows, updated_hourly
@@ -86,61 +86,52 @@ def _rows(
     """Return a row for each method, and whether Ctrl-C ended it."""
     rows: list[WarmRow] = []
     interrupted = False
-    begun_all = time.perf_counter()
+    ends = np.inf if budget_s is None else time.perf_counter() + budget_s
     task = WarmTask(parts=parts, seed=seed)
     for place, method in enumerate(methods):
         row = WarmRow(name=method.name, kind=method.kind)
+        left_s = ends - time.perf_counter()
+        reason = None
         if interrupted:
-            rows.append(replace(row, reason="ended before its turn"))
-            continue
-        if method.needs_blocks and parts.blocks < 2:
-            rows.append(replace(row, reason=f"leaving out a block needs two blocks, and {parts.blocks} trains"))
-            continue
-        progress(method.name, place / len(methods))
-        begun = time.perf_counter()
-        if budget_s is not None:
-            left_s = begun_all + budget_s - begun
-            if left_s <= 0.0 and place:
-                rows.append(
-                    replace(row, reason=f"the {budget_s:.3g} s were over before its turn: --budget gives more")
-                )
-                continue
-            task.until_s = begun + left_s / (len(methods) - place)
-        try:
-            rows.append(_judged(row, method.fit(task), parts, time.perf_counter() - begun))
-        except ArgumentError as error:
-            rows.append(replace(row, reason=str(error)))
-        except np.linalg.LinAlgError:
-            rows.append(
-                replace(row, reason="its equations have no answer: sensors that say the same, or too few rows")
-            )
-        except KeyboardInterrupt:
-            rows.append(replace(row, reason="ended before it was fitted"))
-            interrupted = True
+            reason = "ended before its turn"
+        elif method.needs_blocks and parts.blocks < 2:
+            reason = f"leaving out a block needs two blocks, and {parts.blocks} trains"
+        elif left_s <= 0.0 and place:
+            reason = f"the {budget_s:.3g} s were over before its turn: --budget gives more"
+        else:
+            progress(method.name, place / len(methods))
+            task.until_s = time.perf_counter() + left_s / (len(methods) - place)
+            try:
+                row = _judged(row, method, task)
+            except ArgumentError as error:
+                reason = str(error)
+            except np.linalg.LinAlgError:
+                reason = "its equations have no answer: too few rows, or columns that say the same"
+            except KeyboardInterrupt:
+                reason, interrupted = "ended before it was fitted", True
+        rows.append(row if reason is None else replace(row, reason=reason))
     return rows, interrupted
 
 
-def _judged(row: WarmRow, fit: WarmFit, parts: WarmParts, train_s: float) -> WarmRow:
-    """Return a row with the figures of a fit."""
+def _judged(row: WarmRow, method: WarmMethod, task: WarmTask) -> WarmRow:
+    """Fit a method, and return its row with all figures."""
+    parts = task.parts
+    begun = time.perf_counter()
+    fit = method.fit(task)
+    train_s = time.perf_counter() - begun
     channels = {name: _channel(name, one, parts) for name, one in fit.channels.items()}
-    silent = [name for name, one in channels.items() if not np.isfinite(one.predicted_um).all()]
-    notes = list(fit.notes)
-    if silent:
-        missing = ~np.isfinite(channels[silent[0]].predicted_um)
-        return replace(
-            row,
-            train_s=train_s,
-            notes=tuple(notes),
-            reason=f"it has no answer for {100.0 * missing.mean():.3g} % of the held-out rows: they lie beside all that "
-            "it was trained on",
-        )
+    silent = [~np.isfinite(one.predicted_um) for one in channels.values()]
+    if np.any(silent):
+        share = 100.0 * float(np.mean(silent))
+        why = f"no answer for {share:.3g} % of the held-out rows, which lie beside all that it was trained on"
+        return replace(row, train_s=train_s, notes=fit.notes, reason=why)
     first = next(iter(fit.channels.values()))
     return replace(
         _with_figures(row, channels, parts),
         train_s=train_s,
         eval_ns=_eval_ns(first, parts),
         parameters=first.regressor.parameters,
-        notes=tuple(notes),
+        notes=fit.notes,
     )
 
 
@@ -227,9 +218,8 @@ def _flagged(rows: list[WarmRow]) -> list[WarmRow]:
             mine, least = getattr(row, figure), getattr(mean, figure)
             if row is not mean and mine is not None and least is not None and mine > least:
                 worse.append(f"{words} ({mine:.3g} um, the mean {least:.3g} um)")
-        found.append(
-            replace(row, notes=(*row.notes, f"Worse than the mean {' and '.join(worse)}.")) if worse else row
-        )
+        flags = [f"Worse than the mean {' and '.join(worse)}."] if worse else []
+        found.append(replace(row, notes=(*row.notes, *flags)))
     return found
 
 
@@ -264,15 +254,16 @@ def _notes(parts: WarmParts) -> list[str]:
     step = int(parts.rows[1] - parts.rows[0]) if parts.rows.size > 1 else 1
     if step > 1:
         notes.append(f"fits see every {step}th row, {parts.rows.size} of {parts.until}; all rows judge")
+    far = []
     for name, values in log.inputs.items():
         seen, asked = values[: parts.until], judge.inputs[name][parts.first :]
         low, high = float(seen.min()), float(seen.max())
-        beyond = max(float(asked.max()) - high, low - float(asked.min()))
-        if beyond > BEYOND * (high - low):
-            notes.append(
-                f"{name} goes beyond what trained: {low:.4g} to {high:.4g} there, {asked.min():.4g} to "
-                f"{asked.max():.4g} in the held-out part"
-            )
+        beyond = max(float(asked.max()) - high, low - float(asked.min())) / max(high - low, 1e-12)
+        if beyond > BEYOND:
+            far.append((beyond, f"{name}: {asked.min():.4g} to {asked.max():.4g}, trained {low:.4g} to {high:.4g}"))
+    if far:
+        many = f"{len(far)} of {len(log.inputs)} inputs go beyond what trained in the held-out part"
+        notes.append(f"{many}, farthest {max(far)[1]}")
     if judge is not log:
         notes += [f"{judge.source}: {note}" for note in judge.notes if note not in log.notes]
     return notes

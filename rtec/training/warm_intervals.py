@@ -40,7 +40,7 @@ def calibrated_factor(left_out: Floats, sd: Floats, block: npt.NDArray[np.int64]
     >>> round(calibrated_factor(residuals, np.zeros(24), np.arange(24) // 4), 2)
     2.02
     """
-    from scipy.special import stdtrit
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to load, and only a comparison needs it
 
     blocks = np.unique(block)
     if blocks.size < 2:

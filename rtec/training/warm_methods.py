@@ -20,7 +20,7 @@ from rtec.training.warm_results import WarmKind
 from rtec.training.warm_scout import SHARES, BlockSums
 
 LAGS_S = ((1000.0, 10_000.0), (300.0, 3000.0), (3000.0, 30_000.0))
-"""Time constants that are tried: of a spindle and of a machine's column; then those of smaller and larger machines."""
+"""Time constants that are tried: of a spindle and of a column; then those of smaller and of larger machines."""
 CLEARLY = 0.9
 """Times the error by blocks of the usual features: others have to be better than that to be taken, for the lowest of
 many errors is low by chance, too."""
@@ -178,7 +178,7 @@ def _fitted(
     parts = task.parts
     at = np.searchsorted(parts.rows, rows)
     columns, block, folds = parts.columns(features)[at], parts.block[at], task.folds[at]
-    found, said = {}, dict.fromkeys(notes)
+    found, said = {}, []
     for name in parts.log.outputs:
         output = parts.outputs[name][at]
         one = fit(columns, output, block)
@@ -186,9 +186,10 @@ def _fitted(
         found[name] = ModelFit(
             features=features, regressor=one.regressor, rows=rows, left_out=one.left_out, rms_rows_um=by_rows
         )
-        prefix = f"{name}: " if len(parts.log.outputs) > 1 else ""
-        said |= dict.fromkeys(f"{prefix}{note}" for note in one.notes)
-    return WarmFit(channels=found, notes=tuple(said))
+        said.append((name, one.notes))
+    alike = len({each for _, each in said}) == 1
+    each = said[0][1] if alike else [f"{name}: {note}" for name, notes_of in said for note in notes_of]
+    return WarmFit(channels=found, notes=(*notes, *each))
 
 
 def lag_sets(inputs: Sequence[str]) -> list[FeatureSet]:
@@ -211,6 +212,12 @@ def lag_sets(inputs: Sequence[str]) -> list[FeatureSet]:
         found[True].append(heats + behind + heat)
         found[False].append(heats + heat)
     return [one for one in dict.fromkeys(found[True] + found[False]) if one]
+
+
+def few_columns(inputs: Sequence[str]) -> FeatureSet:
+    """Return the usual features without those temperatures that are behind, where there is a speed."""
+    sets = lag_sets(inputs)
+    return sets[len(LAGS_S)] if SPINDLE_SPEED in inputs else sets[0]
 
 
 def _best_set(task: WarmTask, sets: Sequence[FeatureSet]) -> tuple[FeatureSet, float]:

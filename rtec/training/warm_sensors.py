@@ -11,7 +11,7 @@ from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.warm.linear import fit_ridge
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature
-from rtec.training.warm_methods import lag_sets, scaled_columns, weights_of
+from rtec.training.warm_methods import few_columns, scaled_columns, weights_of
 from rtec.training.warm_parts import WarmParts
 from rtec.training.warm_results import SensorRow
 from rtec.training.warm_scout import SHARES, BlockSums
@@ -24,9 +24,10 @@ _FEW_SHARES = SHARES[::3]
 def sensor_rows(parts: WarmParts) -> tuple[SensorRow, ...]:
     """Return the best set of one thermometer, of two, ... of six, and all of them; empty without a thermometer.
 
-    Every set is judged by a ridge regression on the usual features of its thermometers and of the spindle's speed, by
-    blocks that are left out. A set grows by the thermometer that helps most; then each is exchanged for another one
-    where that helps. All is repeated without each block of the training part.
+    Every set is judged by a ridge regression on its thermometers and on the heat of the spindle behind by two time
+    constants (without a speed on the thermometers behind by them), by blocks that are left out. A set grows by the
+    thermometer that helps most; then each is exchanged for another one where that helps. All is repeated without each
+    block of the training part.
     """
     names = [name for name in parts.log.inputs if name != SPINDLE_SPEED]
     if not names:
@@ -53,7 +54,7 @@ class _Search:
 
     @classmethod
     def of(cls, parts: WarmParts, names: Sequence[str]) -> _Search:
-        features = lag_sets(tuple(parts.log.inputs))[0]
+        features = few_columns(tuple(parts.log.inputs))
         outputs = np.stack([parts.outputs[name] for name in parts.log.outputs], axis=1)
         sums = BlockSums.of(scaled_columns(features, parts.columns(features)), outputs, parts.block)
         return cls(names=names, features=features, sums=sums)

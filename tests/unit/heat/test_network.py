@@ -69,10 +69,21 @@ def test_a_machine_agrees_with_radau(seed):
 @pytest.mark.parametrize("every_s", [1.0, 7.0, 300.0])
 def test_what_is_put_in_is_stored_lost_or_carried_off(every_s):
     machine = warm_machine(seed=4)
-    run = machine.network.run(Duty.shop(seed=2, hours=4.0), room=machine.room, every_s=every_s)
+    uneven = {"rotor": 40.0, "bed": 18.0}
+    run = machine.network.run(Duty.shop(seed=2, hours=4.0), room=machine.room, every_s=every_s, start_degc=uneven)
     assert run.put_in_j[-1] > 1e6 and run.carried_off_j[-1] > 1e5
     left = run.put_in_j - run.to_room_j - run.carried_off_j - run.stored_j
     assert np.abs(left).max() < 1e-9 * run.put_in_j[-1]
+
+
+def test_rows_do_not_change_what_happens():
+    """The duty and the room have corners between the rows of the coarse run, and after its room's last time."""
+    machine = warm_machine(seed=4)
+    duty, room = Duty.shop(seed=2, hours=2.0), Room(time_s=(0.0, 1000.0, 5000.0), degc=(20.0, 26.0, 19.0))
+    fine, coarse = (machine.network.run(duty, room=room, every_s=every_s) for every_s in (1.0, 1800.0))
+    assert np.abs(coarse.degc - fine.degc[::1800]).max() < AGREED_K
+    wanted, _ = HeatOracle(machine.network, room).run(duty, coarse.time_s)
+    assert np.abs(coarse.degc - wanted).max() < AGREED_K
 
 
 def test_energies_are_the_integrals_of_the_powers():
@@ -93,6 +104,7 @@ def test_the_chiller_switches_where_its_node_passes_the_thresholds(running, swit
         chiller=Chiller(node="a", on_degc=27.0, off_degc=25.0, power_w=300.0),
     )
     run = network.run(heated(100.0), every_s=100.0, start_degc={"a": 26.0}, chiller_runs=running)
+    assert run.chiller_runs[0] == running
     steps = {False: [(10.0, 27.0), (10.0, 25.0), (20.0, 27.0), (10.0, 25.0), (20.0, 27.0), (10.0, 25.0)],
              True: [(5.0, 25.0), (20.0, 27.0), (10.0, 25.0), (20.0, 27.0), (10.0, 25.0), (20.0, 27.0),
                     (10.0, 25.0)]}[running]  # fmt: skip
@@ -100,6 +112,18 @@ def test_the_chiller_switches_where_its_node_passes_the_thresholds(running, swit
     assert steps[0][1] == switched
     assert run.of("a")[-1] == pytest.approx(25.0 + 0.1 * (100.0 - passed), abs=1e-6)
     assert run.carried_off_j[-1] == pytest.approx(300.0 * sum(s for s, to in steps if to == 25.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(("degc", "running"), [(30.0, False), (20.0, True)])
+def test_a_chiller_beyond_its_threshold_switches_at_once(degc, running):
+    network = Network(
+        nodes=(Node(name="a", capacity_j_k=1000.0),),
+        links=(),
+        chiller=Chiller(node="a", on_degc=27.0, off_degc=25.0, power_w=100.0),
+    )
+    run = network.run(Duty((Piece(duration_s=10.0),)), every_s=10.0, start_degc={"a": degc}, chiller_runs=running)
+    assert run.chiller_runs.tolist() == [not running] * 2
+    assert run.of("a")[-1] == pytest.approx(degc - (1.0 if not running else 0.0))
 
 
 def test_the_room_is_constant_a_sine_or_given():
@@ -174,6 +198,12 @@ def test_a_network_that_cannot_be_is_refused(parts, said):
 def test_a_part_that_cannot_be_is_refused(make, said):
     with pytest.raises(ArgumentError, match=f"^{said}"):
         make()
+
+
+def test_more_rows_than_memory_holds_are_refused():
+    network = Network(nodes=(Node(name="a", capacity_j_k=1.0),), links=())
+    with pytest.raises(ArgumentError, match=r"^every_s: 1 s is too small; use 50 to"):
+        network.run(Duty((Piece(duration_s=1e8),)))
 
 
 def test_temperatures_without_limit_are_refused():

@@ -63,7 +63,8 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike, weights: npt.
     Raises
     ------
     ArgumentError
-        Shapes that do not fit, a value that is not finite, fewer than two blocks, or constant columns only.
+        Shapes that do not fit, a value that is not finite, fewer than two blocks, constant columns only, or
+        weights that are not above 0.
 
     Examples
     --------
@@ -74,7 +75,9 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike, weights: npt.
     columns, output = np.asarray(columns, dtype=np.float64), np.asarray(output, dtype=np.float64)
     if columns.ndim != 2 or not columns.shape[1]:
         raise ArgumentError("columns", f"an array of shape {columns.shape}", "one column for each feature")
-    labels = np.asarray(block)
+    labels, weights = np.asarray(block), np.asarray(weights, dtype=np.float64)
+    if weights.shape not in {(), columns.shape[1:]} or not ((weights > 0.0) & (weights < np.inf)).all():
+        raise ArgumentError("weights", f"{weights}"[:60], "a finite number above 0 for each column")
     for name, array in (("output", output), ("block", labels)):
         if array.shape != columns.shape[:1]:
             raise ArgumentError(
@@ -93,7 +96,7 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike, weights: npt.
     if constant.all():
         raise ArgumentError("columns", "constant columns", "at least one that varies")
     per_unit = np.zeros(centre.size)
-    np.divide(np.asarray(weights, dtype=np.float64), columns.std(axis=0), out=per_unit, where=~constant)
+    np.divide(weights, columns.std(axis=0), out=per_unit, where=~constant)
     order = np.argsort(which, kind="stable")
     ends = np.cumsum(np.bincount(which))[:-1]
     return Rows(
