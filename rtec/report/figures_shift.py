@@ -8,14 +8,14 @@ import numpy as np
 
 from rtec.report.appearance import Scale
 from rtec.report.figures_style import guide, legend_above, new_figure, outline
-from rtec.report.palette import BLUE, GUIDE, NEUTRAL, SERIES, SHADE, VERMILION
+from rtec.report.palette import BLUE, GREEN, GUIDE, NEUTRAL, SERIES, SHADE, VERMILION
 from rtec.study.results import Shift, ShiftRow, StudyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLOURS = {"uncompensated": (NEUTRAL, "o"), "cold": (VERMILION, "s"), "warm": (BLUE, "v")}
+COLOURS = {"uncompensated": (NEUTRAL, "o"), "cold": (VERMILION, "s"), "warm": (BLUE, "v"), "speed": (GREEN, "^")}
 _HOUR_S = 3600.0
 _MOST_THERMOMETERS = 6
 
@@ -30,7 +30,7 @@ def shift_figure(result: StudyResult, scale: Scale) -> Figure | None:
         _row(above, row, scale)
     above.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
     above.set_ylabel(f"deviation ({scale.symbol})")
-    legend_above(figure, above, 3)
+    legend_above(figure, above, 2)
     _temperatures(below, result.shift)
     below.set_xlabel("time (h)")
     below.set_ylabel("temperature (°C)")

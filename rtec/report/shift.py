@@ -101,11 +101,11 @@ def shift_caption(result: StudyResult, scale: Scale) -> str:
         return MISSING
     heat = result.shift.heat
     sees = "all thermometers" if not heat.thermometers else f"{len(heat.thermometers)} thermometers"
-    seen = f"{sees} and the speed of the spindle" if heat.sees_speed else sees
     how = "read from a file" if heat.models else f"fitted by {heat.fit} to the same machine in another duty cycle"
     return (
         f"Axis {heat.axis} of a simulated machine that warms, calibrated every {heat.every_s / 60.0:g} min in closed "
         f"loop: mean of the readings at all targets (markers) and their range (band). At the beginning nothing has "
-        f"grown; then the cold table was measured. The last row is corrected by the cold table and a predictor that "
-        f"sees {seen}, {how}. Below, the temperatures that changed most; where it is shaded, the spindle turns."
+        f"grown; then the cold table was measured. Corrected by the temperatures is by the cold table and a "
+        f"predictor that sees {sees}, {how}. Below, the temperatures that changed most; where it is shaded, the "
+        "spindle turns."
     )

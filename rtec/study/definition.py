@@ -224,9 +224,8 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path, library: Libra
 def _heat(top: Section, path: str | Path, plan: MeasuringPlan, folder: Path) -> HeatStudy:
     """Return what the table ``[heat]`` asks for; what it needs is loaded where there is one."""
     heat = import_module("rtec.study.heat")
-    found: HeatStudy = heat.heat_of(
-        Section(path, "heat", top.raw("heat"), heat.DEFAULTS, optional=heat.KEYS), plan, folder
-    )
+    section = Section(path, "heat", top.raw("heat"), heat.DEFAULTS, optional=heat.OPTIONAL)
+    found: HeatStudy = heat.heat_of(section, plan, folder)
     return found
 
 

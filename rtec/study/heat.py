@@ -17,10 +17,7 @@ from rtec.predictors.warm.warm_model import WarmModel
 from rtec.training.warm_methods import warm_methods
 from rtec.units import LENGTH, SPEED, TIME, parse_quantity
 
-KEYS = (
-    "duty", "training", "machine", "seed", "axis", "every", "increment", "design", "fit", "model", "thermometers",
-    "speed",
-)  # fmt: skip
+OPTIONAL = ("increment", "model")
 DEFAULTS = {
     "duty": "paper", "training": "steps", "machine": 1, "seed": 1, "axis": "z", "every": "30 min", "design": "b",
     "fit": "first-order lags", "thermometers": [], "speed": False,
@@ -58,8 +55,8 @@ class HeatStudy:
         Predictors of files: one for the whole axis, or two for the first and the last target; empty: one is fitted.
     thermometers
         What the predictor may look at; empty: all.
-    sees_speed
-        Whether it sees the speed of the spindle, too.
+    speed
+        Whether a further row is corrected by a predictor that sees the speed of the spindle, too.
     """
 
     duty: Duty
@@ -73,7 +70,7 @@ class HeatStudy:
     fit: str
     models: tuple[WarmModel, ...] = ()
     thermometers: tuple[str, ...] = ()
-    sees_speed: bool = False
+    speed: bool = False
 
 
 def heat_of(section: Section, plan: MeasuringPlan, folder: Path) -> HeatStudy:
@@ -106,7 +103,7 @@ def heat_of(section: Section, plan: MeasuringPlan, folder: Path) -> HeatStudy:
         fit=_method(section),
         models=_models(section, folder),
         thermometers=_thermometers(section),
-        sees_speed=section.yes_or_no("speed"),
+        speed=section.yes_or_no("speed"),
     )
 
 
@@ -175,6 +172,8 @@ def _models(section: Section, folder: Path) -> tuple[WarmModel, ...]:
     names = section.texts("model") if isinstance(given, list) else [section.text("model")]
     if not 1 <= len(names) <= 2:
         raise section.refused("model", "one file, or two: for the first and the last target")
+    if section.yes_or_no("speed"):
+        raise section.refused("speed", "false with a model of a file, which says itself what it sees")
     found = []
     for name in names:
         model = read_predictor(folder / name).predictor

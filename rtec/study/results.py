@@ -175,7 +175,7 @@ class ShiftRow:
     """One way of correcting a machine that warms, calibrated again and again over a shift."""
 
     name: str
-    """``uncompensated``, ``cold`` or ``warm``."""
+    """``uncompensated``, ``cold``, ``warm`` or ``speed``."""
     title: str
     time_s: Floats
     """Middle of each calibration, shape (calibrations,)."""

@@ -29,7 +29,6 @@ from rtec.units import PS_PER_S
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
 """Weights of the parts in what is told of the progress: about the seconds that each takes."""
-_SHIFT_ROWS = 3
 _BELIEFS = {
     LEARNED: "learned: the effects found in the calibration",
     LATHE: "the network that the thesis prints",
@@ -71,7 +70,7 @@ def run_study(
         _troubled(study, _with_box(study, design))  # what cannot be is refused before anything is measured
     designs = len(study.designs)
     learning = learning_s(study) if study.learns else 0.0
-    shifts = 0.0 if study.heat is None else import_module("rtec.study.shift").SHIFT_S * _SHIFT_ROWS
+    shifts = 0.0 if study.heat is None else import_module("rtec.study.shift").shift_s(study.heat)
     total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING) + shifts
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)

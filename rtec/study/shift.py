@@ -30,9 +30,9 @@ TITLES = {
     "uncompensated": "Uncompensated",
     "cold": "Corrected by the cold table",
     "warm": "Corrected by the temperatures",
+    "speed": "Corrected by temperatures and speed",
 }
-SHIFT_S = 2.0
-"""About what a row takes."""
+_ROW_S = 2.0
 _TRAIN_EVERY_S = 60
 _BEYOND = 0.02
 """Of the range of an input in training: so much farther out still counts as inside."""
@@ -67,15 +67,22 @@ def run_shift(study: Study, heat: HeatStudy, machine: Machine, workers: Workers)
         "cold": box,
         "warm": replace(box, model=warm_axis(study, heat, cold, course)),
     }
+    if heat.speed:
+        rows["speed"] = replace(box, model=warm_axis(study, heat, cold, course, sees_speed=True))
     jobs = [
         workers.start(
             f"over the shift: {TITLES[name]}",
-            SHIFT_S,
+            _ROW_S,
             partial(_row, name, each, task, draws * study.repeatability_mm, times),
         )
         for name, each in rows.items()
     ]
     return Shift(heat=heat, course=course, rows=tuple(job.result() for job in jobs))
+
+
+def shift_s(heat: HeatStudy) -> float:
+    """Return about the seconds that it takes."""
+    return _ROW_S * (3 + heat.speed)
 
 
 def course_of(heat: HeatStudy, duty: Duty) -> HeatCourse:
@@ -85,18 +92,20 @@ def course_of(heat: HeatStudy, duty: Duty) -> HeatCourse:
     return replace(found, shift_mm=shift_mm - shift_mm[0], per_mm=per_mm - per_mm[0])
 
 
-def warm_axis(study: Study, heat: HeatStudy, cold: BidirectionalTable, course: HeatCourse) -> WarmAxis:
+def warm_axis(
+    study: Study, heat: HeatStudy, cold: BidirectionalTable, course: HeatCourse, *, sees_speed: bool = False
+) -> WarmAxis:
     """Return the predictor of the warm axis: of files, or fitted to the machine in another duty cycle.
 
     The cold table is that of the machine as the course begins.
     """
-    models = heat.models or _fitted(study, heat)
+    models = heat.models or _fitted(heat, training_log(study, heat, sees_speed=sees_speed))
     ends_mm = (heat.plan.start_mm, heat.plan.end_mm) if len(models) == 2 else ()
     first = {OF_TEMPERATURE + name: float(np.ravel(values)[0]) for name, values in course.thermometers.items()}
     return WarmAxis(cold=cold, heat=models, at_mm=ends_mm, reference={**first, SPINDLE_SPEED: 0.0})
 
 
-def training_log(study: Study, heat: HeatStudy) -> WarmLog:
+def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
     """Return what was measured of the machine in its training duty, once a minute.
 
     Displacements are those of the first and the last target, with the noise of the study's readings; one alone where
@@ -120,7 +129,7 @@ def training_log(study: Study, heat: HeatStudy) -> WarmLog:
         for name, values in course.thermometers.items()
         if name in heat.thermometers or not heat.thermometers
     }
-    if heat.sees_speed:
+    if sees_speed:
         inputs[SPINDLE_SPEED] = rpm
     blocks = blocks_of(time_s, {SPINDLE_SPEED: rpm}, np.ones(time_s.size, dtype=np.int64), (0,))
     return WarmLog(
@@ -128,8 +137,7 @@ def training_log(study: Study, heat: HeatStudy) -> WarmLog:
     )
 
 
-def _fitted(study: Study, heat: HeatStudy) -> tuple[WarmModel, ...]:
-    log = training_log(study, heat)
+def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
     method = next(one for one in warm_methods() if one.name == heat.fit)
     fits = method.fit(WarmTask(parts=parts_of(log, log), seed=heat.seed)).channels
     ranges = {}

@@ -1,9 +1,8 @@
 """Models of a warm axis as compiled models: a cold table, and what heat adds at one or two positions.
 
-The numbers are ``places, at_mm[2], cold_mm[2], table, model, room``: how many positions (1 or 2), where they are, what
-the models say where nothing has grown, how many numbers the table and each model have, and how many each model
-remembers; then the table, then the models.
-The inputs are position and direction, then those of the models.
+The numbers are ``places, at_mm[2], cold_mm[2], table, model, room``: how many positions (1 or 2), where they are,
+what the models say where nothing has grown, how many numbers the table and each model have, and how many each model
+remembers; then the table, then the models. The inputs are position and direction, then those of the models.
 
 One kernel for each kind of regressor, as in `rtec.predictors.warm._warm_kernels`.
 """

@@ -16,11 +16,12 @@ from rtec.predictors.warm import _axis_kernels as kernels
 from rtec.predictors.warm.kinds import kept
 from rtec.predictors.warm.warm_model import WarmModel
 
-_OF_KIND: Mapping[str, Callable[..., float]] = {
+AXIS_KERNELS: Mapping[str, Callable[..., float]] = {
     "linear": kernels.axis_linear,
     "ls-svm": kernels.axis_ls_svm,
     "bayes": kernels.axis_bayes,
 }
+"""The compiled model of an axis, by the kind of its regressors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +81,7 @@ class WarmAxis:
     @property
     def function(self) -> Callable[..., float]:
         """The deviation in mm, compiled."""
-        return _OF_KIND[kept(self.heat[0].regressor).kind]
+        return AXIS_KERNELS[kept(self.heat[0].regressor).kind]
 
     @property
     def inputs(self) -> tuple[str, ...]:
