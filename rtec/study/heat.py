@@ -72,6 +72,10 @@ class HeatStudy:
     thermometers: tuple[str, ...] = ()
     speed: bool = False
 
+    def __str__(self) -> str:
+        hours, minutes = self.duty.duration_s / 3600.0, self.every_s / 60.0
+        return f"number {self.machine}, axis {self.axis}, calibrated every {minutes:g} min over {hours:.3g} h"
+
 
 def heat_of(section: Section, plan: MeasuringPlan, folder: Path) -> HeatStudy:
     """Return what a table ``[heat]`` asks for; ``plan`` is the study's program, ``folder`` that of its files.

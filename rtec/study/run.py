@@ -147,7 +147,7 @@ def _result(
         waveforms=tuple(waveform(study, design) for design in study.designs),
         limits=tuple(limit_of(study, design) for design in study.designs),
         wall_s=time.perf_counter() - begun,
-        warnings=_warnings(study, rows),
+        warnings=_warnings(study, rows) + (() if shift is None else _shift_warnings(shift)),
     )
 
 
@@ -271,6 +271,10 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     return tuple(seen)
 
 
+def _shift_warnings(shift: Shift) -> tuple[str, ...]:
+    return tuple(f"over the shift, {row.title}: {row.reason}" for row in shift.rows if row.reason)
+
+
 def _box_pace(study: Study) -> str:
     if study.firmware is not None:
         return "box at its firmware's pace"
@@ -295,6 +299,7 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
             f"window ±{talk.window_steps} steps, {_box_pace(study)}, "
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),
+        *(() if study.heat is None else (("Warm machine", str(study.heat)),)),
         *(("Fault", str(fault)) for fault in study.faults),
         *(
             ("Probing", f"from {a / PS_PER_S:g} s to {b / PS_PER_S:g} s: nothing is corrected")

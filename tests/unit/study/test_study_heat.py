@@ -177,6 +177,9 @@ def test_beyond_its_temperatures_the_row_says_so(tmp_path):
     document = shift_document(held)
     assert document[-1]["outside_input"] == row.run.outside_input
     assert len(document[-1]["calibrations"]) == 5
+    keys = {"name", "rms_um", "worst_um", "calibrations", "outside_s", "outside_input", "audit", "reason"}
+    assert set(document[0]) == keys
+    assert set(document[0]["calibrations"][0]) == {"time_s", "mean_um", "rms_um"}
 
 
 def test_figure_and_file_show_every_calibration(short):
