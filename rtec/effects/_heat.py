@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+
 import numpy as np
 
 from rtec.effects.conditions import Conditions, Floats
@@ -54,7 +55,8 @@ def heats_of(conditions: Conditions) -> Mapping[str, Floats]:
     Examples
     --------
     >>> x = np.zeros(2)
-    >>> c = Conditions(position=x, position_unit="mm", run=np.ones(2, dtype=np.int64), spindle_rpm=np.array([0.0, 8e3]))
+    >>> run, speed = np.ones(2, dtype=np.int64), np.array([0.0, 8000.0])
+    >>> c = Conditions(position=x, position_unit="mm", run=run, spindle_rpm=speed)
     >>> heats_of(c)["spindle"].round(9).tolist()
     [0.0, 32.0]
     """

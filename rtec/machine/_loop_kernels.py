@@ -26,7 +26,17 @@ from rtec.machine._servo_kernels import command_at, servo_tick
 from rtec.predictors._kernels import SAID, predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
-from rtec.requester._pc_kernels import HOLD, PC, pc_read, pc_request, pc_reset, pc_start, schedule_reading, sense
+from rtec.requester._pc_kernels import (
+    HOLD,
+    PC,
+    fall_back,
+    pc_read,
+    pc_request,
+    pc_reset,
+    pc_start,
+    schedule_reading,
+    sense,
+)
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -71,7 +81,7 @@ def pc_cycle(m: Record, box: Any, t_ps: int, model: Any, heat: Any) -> None:
     if pc_read(m.pc, m.node.up, t_ps):
         read_heat(heat, t_ps, model[SAID])
         sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
-        pc_request(m.pc, m.node.down, t_ps, predicted_mm(model, m.pc.sensors))
+        pc_request(m.pc, m.node.down, t_ps, fall_back(m.pc, model, predicted_mm(model, m.pc.sensors)))
 
 
 @step

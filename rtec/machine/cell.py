@@ -20,7 +20,8 @@ from rtec.machine.faults import Fault, check_apart, fault_records
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
 from rtec.predictors import Model
-from rtec.predictors.binding import bound, check_axis, heat_inputs
+from rtec.predictors._kernels import INSIDE
+from rtec.predictors.binding import bound, check_axis, heat_inputs, outside_input
 from rtec.requester import _pc_node_kernels
 from rtec.requester.settings import PcState
 from rtec.requester.status import Status
@@ -56,6 +57,10 @@ class AxisOutcome:
     travel_mm: float
     deviation_mm: float
     """Where its slide stands, grown by heat, less where the controller takes it to be."""
+    outside_s: float
+    """For how long the PC's present model has had no answer: an input was outside its ranges."""
+    outside_input: str
+    """The first of such inputs; empty where there was none."""
 
 
 class Cell:
@@ -174,7 +179,9 @@ class Cell:
             raise ArgumentError("predictor", f"{len(each)} models", f"one for all axes, or {count}, one for each")
         for axis, (pc, one) in enumerate(zip(self._pcs, each, strict=True), 1):
             check_axis(one, axis)
+            pc.pc.outside_turns, pc.pc.outside_input = 0, INSIDE
             pc.low_mm, pc.high_mm = max(one.range_mm[0], -1e9), min(one.range_mm[1], 1e9)
+        self._predictors = each
         models = [
             (bound(one, heat_inputs(heat), axes=count), bound_heat(heat))
             for one, heat in zip(each, self._heat, strict=True)
@@ -230,6 +237,8 @@ class Cell:
                     uninserted_counts=view.inserted_counts - step * view.completed,
                     late_steps=int(self._cell.late_steps[i]),
                     travel_mm=float(state.travel_mm),
+                    outside_s=int(pc.pc.outside_turns) * settings.handshake.pc_period_ps / PS_PER_S,
+                    outside_input=outside_input(self._predictors[i], int(pc.pc.outside_input)),
                     deviation_mm=position_mm + grown_mm - view.controller_count * count_mm,
                 )
             )

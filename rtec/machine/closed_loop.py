@@ -40,7 +40,7 @@ from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.laser_readings import Laser, MeasuringRun
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
-from rtec.predictors.binding import bound, bound_curve, heat_inputs, rests
+from rtec.predictors.binding import bound, bound_curve, heat_inputs, outside_input, rests
 from rtec.predictors.play import check_play
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
@@ -87,6 +87,8 @@ class Machine:
         The other parts.
     heat
         What heat does while it runs: by how much the axis is displaced, and what the PC's thermometers say.
+    allow_large_correction
+        The operator's word for a restart with a hot machine: the PC's first request may exceed the window.
     switch_on
         False: the box's hardware switch forbids corrections.
     faults
@@ -112,6 +114,7 @@ class Machine:
     handshake: HandshakeSettings = field(default_factory=HandshakeSettings)
     laser: Laser = field(default_factory=Laser)
     heat: HeatCourse = field(default_factory=HeatCourse)
+    allow_large_correction: bool = False
     switch_on: bool = True
     faults: tuple[Fault, ...] = ()
     probing: tuple[tuple[int, int], ...] = ()
@@ -157,6 +160,7 @@ class Machine:
         self.handshake.fill_pc(
             state.pc, count_mm=count_mm, step_counts=box.design.step_counts, word_limit=box.design.word_limit
         )
+        state.pc.large_meant = int(self.allow_large_correction)
         state.node.down.latency_ps = self.handshake.latency_ps
         state.node.up.latency_ps = self.handshake.latency_ps
         state.reader.window_mm = self.laser.window_mm
@@ -222,6 +226,10 @@ class LoopResult:
     firmware_fault: ProcessorFault | None = None
     fired: tuple[FaultActivation[Fault], ...] = ()
     """The activation of each fault."""
+    outside_s: float = 0.0
+    """For how long the model had no answer: an input was outside its ranges."""
+    outside_input: str = ""
+    """The first of such inputs; empty where there was none."""
 
     @property
     def audit(self) -> bool:
@@ -388,6 +396,8 @@ def _result(
         simulated_s=int(state.servo.now_ps) / PS_PER_S,
         wall_s=wall_s,
         trace=trace,
+        outside_s=int(state.pc.outside_turns) * machine.handshake.pc_period_ps / PS_PER_S,
+        outside_input=outside_input(machine.model, int(state.pc.outside_input)),
     )
 
 

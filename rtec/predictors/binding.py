@@ -113,7 +113,23 @@ def bound(
         float(getattr(model, "unsure_mm", 0.0)),
         np.full(1, np.nan),
         np.full(len(heat), np.nan),
+        np.full(1, _kernels.INSIDE),
     )
+
+
+def outside_input(model: Model, place: int) -> str:
+    """Return what an input that was outside its range is called; empty where none was.
+
+    Examples
+    --------
+    >>> from rtec.predictors import growth
+    >>> model = growth("screw", 0.002)
+    >>> outside_input(model, 0), outside_input(model, -1), outside_input(model, 1)
+    ('temperature_screw', '', 'no answer within its ranges')
+    """
+    if place == _kernels.INSIDE:
+        return ""
+    return (*model.inputs, "no answer within its ranges")[place]
 
 
 def check_axis(model: Model, axis: int) -> None:

@@ -24,7 +24,7 @@ from rtec.machine.faults import Fault, FaultPlace, Trigger, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_plan import LATHE_MM
 from rtec.predictors import Predictor
-from rtec.requester.settings import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings, Outside
 from rtec.study.models import (
     LEARNED,
     axis_error_of,
@@ -389,6 +389,7 @@ def _handshake(section: Section) -> HandshakeSettings:
             latency_ps=section.time_ps("latency"),
             update_ps=low_ps,
             reversal_mm=section.quantity("direction_hysteresis", LENGTH),
+            outside=section.choice("outside", Outside),
         )
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
 
-Plain: TypeAlias = dict[str, list[float] | float | int | str]
-"""What files take: lists of numbers, in the order of rows, and single ones."""
+Plain: TypeAlias = dict[str, list[float] | list[int] | list[str] | float | int | str]
+"""What files take: lists of numbers, in the order of rows, or of names, and single ones."""
+MOST_WHOLE = 1_000_000
 
 
 def number(plain: Mapping[str, Any], name: str, *, above: float = -math.inf) -> float:
@@ -49,3 +50,31 @@ def array(plain: Mapping[str, Any], name: str, size: int | None = None, *, least
     if found.size % least:
         raise ArgumentError(name, f"a list of {found.size}", f"a multiple of {least} numbers, one for each feature")
     return found
+
+
+def whole(plain: Mapping[str, Any], name: str, size: int | None = None) -> list[int]:
+    """Return a list of whole numbers from -1 to a million.
+
+    Raises
+    ------
+    ArgumentError
+        It is missing, holds other things, or has another length.
+    """
+    found = array(plain, name, size)
+    if not ((found % 1.0 == 0.0) & (found >= -1.0) & (found <= MOST_WHOLE)).all():
+        raise ArgumentError(name, "a list with other things", f"whole numbers up to {MOST_WHOLE}")
+    return [int(one) for one in found]
+
+
+def names(plain: Mapping[str, Any], name: str) -> tuple[str, ...]:
+    """Return a list of names.
+
+    Raises
+    ------
+    ArgumentError
+        It is missing, or holds other things.
+    """
+    found = plain.get(name)
+    if not isinstance(found, list | tuple) or not all(isinstance(one, str) for one in found):
+        raise ArgumentError(name, found and "a list with other things", "a list of names")
+    return tuple(found)

@@ -16,9 +16,6 @@ from rtec.predictors.warm import _bayes_kernels as kernels, _plain
 from rtec.predictors.warm.bayes_network import BayesNetwork, Node, Posterior, families_of
 from rtec.predictors.warm.causes import OUTPUT
 
-MOST_WHOLE = 1_000_000
-"""Largest whole number that is read from plain data."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BayesRegressor:
@@ -116,6 +113,12 @@ class BayesRegressor:
         kernels.bayes_answers(self.numbers, columns, np.empty(self.room), found, sd)
         return found, sd
 
+    def weights(self, columns: Floats) -> Floats:
+        """Return the probabilities of the output's states, shape (rows, states)."""
+        states = self._states(self._checked(columns))
+        observed = np.pad(states, ((0, 0), (0, 1)), constant_values=kernels.UNKNOWN)
+        return self.network.plan(OUTPUT).posteriors(observed)
+
     def posterior(self, row: npt.ArrayLike) -> Posterior:
         """Return the probabilities of the output's states for one row, shape (features,): the most probable, too."""
         states = self._states(self._checked(np.asarray(row, dtype=np.float64)[None]))[0]
@@ -205,23 +208,16 @@ class BayesRegressor:
 
 
 def _nodes(plain: Mapping[str, Any]) -> tuple[Node, ...]:
-    names = plain.get("names")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ArgumentError("names", repr(names)[:60], "a list of the names of the features")
-    names = [*names, OUTPUT]
-    states, causes = (_whole(plain, key, len(names)) for key in ("states", "causes"))
-    parents = _whole(plain, "parents", sum(causes))
-    if parents and max(parents) >= len(names):
-        raise ArgumentError("parents", max(parents), f"places of nodes, 0 to {len(names) - 1}")
+    names = (*_plain.names(plain, "names"), OUTPUT)
+    states, causes = (_plain.whole(plain, key, len(names)) for key in ("states", "causes"))
+    if min(causes) < 0:
+        raise ArgumentError("causes", min(causes), "numbers of parents from 0")
+    parents = _plain.whole(plain, "parents", sum(causes))
+    if parents and not 0 <= min(parents) <= max(parents) < len(names):
+        found = f"{min(parents)} to {max(parents)}"
+        raise ArgumentError("parents", found, f"places of nodes, 0 to {len(names) - 1}")
     ends = np.cumsum([0, *causes]).tolist()
     return tuple(
         Node(name=name, states=states[k], parents=tuple(names[i] for i in parents[ends[k] : ends[k + 1]]))
         for k, name in enumerate(names)
     )
-
-
-def _whole(plain: Mapping[str, Any], key: str, size: int) -> list[int]:
-    found = _plain.array(plain, key, size)
-    if (found % 1.0 != 0.0).any() or (found < 0.0).any() or (found > MOST_WHOLE).any():
-        raise ArgumentError(key, "a list with other things", "whole numbers from 0")
-    return [int(one) for one in found]

@@ -113,10 +113,13 @@ class BayesNetwork:
     prior: float = 1.0
     families: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
     """Of each node the places of its parents, then its own."""
+    _places: dict[str, int] = field(init=False, repr=False)
+    _tables: list[Floats] = field(default_factory=list, init=False, repr=False)
     _plans: dict[int, Plan] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "families", families_of(self.nodes))
+        object.__setattr__(self, "_places", {node.name: i for i, node in enumerate(self.nodes)})
         if not 0.0 < self.prior < math.inf:
             raise ArgumentError("prior", self.prior, "a finite number above 0")
         if len(self.counts) != len(self.nodes):
@@ -174,10 +177,9 @@ class BayesNetwork:
         ArgumentError
             No node has this name.
         """
-        for i, node in enumerate(self.nodes):
-            if node.name == name:
-                return i
-        raise unknown("node", name, [node.name for node in self.nodes])
+        if name not in self._places:
+            raise unknown("node", name, self._places)
+        return self._places[name]
 
     def probabilities(self, name: str) -> Floats:
         """Return the table of a node: an axis for each parent, the last for the node itself."""
@@ -196,19 +198,22 @@ class BayesNetwork:
         goal = self.place(target)
         observed = self._observed(evidence or {})
         known, observed[goal] = observed[goal], UNKNOWN
-        probabilities = self.plan(target).posteriors(observed[None])[0]
         unseen = self.unseen(goal, observed)
-        if known != UNKNOWN:
-            probabilities = np.eye(self.nodes[goal].states)[int(known)]
+        if known == UNKNOWN:
+            probabilities = self.plan(target).posteriors(observed[None])[0]
+        else:
+            probabilities = np.zeros(self.nodes[goal].states)
+            probabilities[int(known)] = 1.0
         return Posterior(probabilities=probabilities, unseen=unseen)
 
     def plan(self, target: str) -> Plan:
         """Return how to get the probabilities of a node, made once and kept."""
         goal = self.place(target)
         if goal not in self._plans:
-            tables = [self.probabilities(node.name) for node in self.nodes]
+            if not self._tables:
+                self._tables.extend(self.probabilities(node.name) for node in self.nodes)
             states = [node.states for node in self.nodes]
-            self._plans[goal] = plan_of(states, self.families, tables, goal)
+            self._plans[goal] = plan_of(states, self.families, self._tables, goal)
         return self._plans[goal]
 
     def unseen(self, target: int, observed: Floats) -> tuple[str, ...]:

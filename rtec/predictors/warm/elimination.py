@@ -48,13 +48,20 @@ class Plan:
 
 
 class _Factor(NamedTuple):
-    scope: tuple[int, ...]
-    kind: int
-    place: int
+    """A table: the nodes it depends on, and as a step tells it (place, number of nodes, each with its stride)."""
 
-    def numbers(self, states: Sequence[int]) -> list[float]:
-        """As a step holds it."""
-        return [self.kind, *_dependence(self.place, self.scope, states)]
+    scope: set[int]
+    kind: int
+    told: list[int]
+    size: int
+
+
+def _factor(kind: int, place: int, scope: Sequence[int], states: Sequence[int]) -> _Factor:
+    told, stride = [], 1
+    for i in reversed(scope):
+        told += [stride, i]
+        stride *= states[i]
+    return _Factor(set(scope), kind, [place, len(scope), *reversed(told)], stride)
 
 
 def plan_of(
@@ -88,47 +95,44 @@ def plan_of(
     ----------
     Koller and Friedman, Probabilistic Graphical Models (2009), sections 9.3 and 9.4.3.
     """
-    places = np.cumsum([HEAD + len(states), *(table.size for table in tables)])
-    live = [_Factor(family, FACTOR_TABLE, int(place)) for family, place in zip(families, places, strict=False)]
-    steps: list[float] = []
+    live, end = [], HEAD + len(states)
+    for family in families:
+        live.append(_factor(FACTOR_TABLE, end, family, states))
+        end += live[-1].size
+    order = [*_least_weight(states, [factor.scope for factor in live], target), NOTHING]
+    steps: list[int] = []
     room = 2 * len(states)
-    order = [*_least_weight(states, families, target), NOTHING]
     for summed in order:
-        used = [factor for factor in live if summed in (*factor.scope, NOTHING)]
-        scope = tuple(sorted({i for factor in used for i in factor.scope} - {summed}))
-        result = _Factor(scope, FACTOR_RESULT, room + 1)
-        room += 1 + math.prod(states[i] for i in scope)
+        used = [factor for factor in live if summed in factor.scope] if summed != NOTHING else live
+        scope = set().union(*(factor.scope for factor in used)) - {summed}
+        result = _factor(FACTOR_RESULT, room + 1, sorted(scope), states)
+        room += 1 + result.size
         if room > MOST_ROOM:
             allowed = f"fewer states, or nodes with fewer parents: at most {MOST_ROOM:g} numbers between the steps"
             raise ArgumentError("network", f"{len(states)} nodes of up to {max(states)} states", allowed)
-        steps += [summed, *_dependence(result.place, scope, states), len(used)]
-        steps += [number for factor in used for number in factor.numbers(states)]
-        live = [factor for factor in live if factor not in used] + [result]
-    head = [len(states), len(order), int(places[-1]), *states]
+        steps += [summed, *result.told, len(used)]
+        for factor in used:
+            steps += [factor.kind, *factor.told]
+        live = [factor for factor in live if summed not in factor.scope] + [result]
+    head = [len(states), len(order), end, *states]
     numbers = np.concatenate([head, *(table.ravel() for table in tables), steps])
     return Plan(numbers=numbers, room=room, states=states[target])
 
 
-def _dependence(place: int, scope: tuple[int, ...], states: Sequence[int]) -> list[float]:
-    """Return the place of a table, on how many nodes it depends, and each of these with its stride."""
-    strides = [math.prod(states[i] for i in scope[k + 1 :]) for k in range(len(scope))]
-    return [place, len(scope), *(number for pair in zip(scope, strides, strict=True) for number in pair)]
-
-
-def _least_weight(states: Sequence[int], families: Sequence[tuple[int, ...]], target: int) -> list[int]:
+def _least_weight(states: Sequence[int], scopes: Sequence[set[int]], target: int) -> list[int]:
     """Return all nodes but the target, the one whose sum leaves the smallest table first."""
-    scopes = [set(family) for family in families]
     left, order = set(range(len(states))) - {target}, []
-    weights: dict[int, float] = {}
+    weights: dict[int, int] = {}
+    joined: dict[int, set[int]] = {}
     while left:
         for i in left - weights.keys():
-            joined = set().union(*(scope for scope in scopes if i in scope))
-            weights[i] = math.prod(states[j] for j in joined)
+            joined[i] = set().union(*(scope for scope in scopes if i in scope))
+            weights[i] = math.prod([states[j] for j in joined[i]])
         summed = min(left, key=lambda i: (weights[i], i))
-        joined = set().union(*(scope for scope in scopes if summed in scope)) - {summed}
-        scopes = [scope for scope in scopes if summed not in scope] + [joined]
+        scope = joined[summed] - {summed}
+        scopes = [*(one for one in scopes if summed not in one), scope]
         left.remove(summed)
         order.append(summed)
-        for i in joined:
+        for i in scope:
             weights.pop(i, None)
     return order

@@ -22,6 +22,7 @@ from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts
 from rtec.report.diagnosis.sentence import (
     floor_words,
     heldout_words,
+    row_by_row_words,
     spoken,
     stretch_mean,
     stretch_words,
@@ -172,7 +173,7 @@ def search_text(diagnosis: Diagnosis, shown: Shown) -> SearchText:
         search_notes=[printable(note) for note in d.notes],
         steps=step_rows(d, shown),
         floor=floor_words(d.noise, shown),
-        heldout=heldout_words(d.heldout_by),
+        heldout=heldout_words(d.heldout_by) + row_by_row_words(d.rms_heldout_rows, shown),
         effects=found_effects(d.model, d.candidates),
         candidates=candidate_rows(d, shown),
         unknown="" if d.unknown is None else printable(d.unknown.description),

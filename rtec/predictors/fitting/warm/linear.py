@@ -79,8 +79,8 @@ def _of_others(parts: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Directions:
-    """The singular value decomposition of scaled columns, without what is rounding."""
+class Directions:
+    """The singular value decomposition of columns with a mean of zero, without what is rounding."""
 
     rows: Rows
     basis: Floats
@@ -91,7 +91,8 @@ class _Directions:
     """Right singular vectors, shape (directions, features)."""
 
     @classmethod
-    def of(cls, rows: Rows) -> _Directions:
+    def of(cls, rows: Rows) -> Directions:
+        """Decompose the scaled columns."""
         left, sizes, right = np.linalg.svd(rows.scaled, full_matrices=False)
         kept = sizes > COLLINEAR * sizes[0]
         constant = np.full((rows.output.size, 1), rows.output.size**-0.5)
@@ -101,18 +102,26 @@ class _Directions:
         """Return what a ridge parameter adds to the equations in the basis; the constant is not penalised."""
         return np.concatenate([[0.0], ridge / self.sizes**2])
 
+    def slopes(self, ridge: float) -> Floats:
+        """Return the slopes of scaled columns."""
+        at = self.basis[:, 1:].T @ (self.rows.output - self.rows.output.mean())
+        found: Floats = self.turns.T @ (at * self.sizes / (self.sizes**2 + ridge))
+        return found
+
+    def spread(self, ridge: float) -> Floats:
+        """Return a root of the covariance of the slopes, for a noise of 1: shape (directions, features)."""
+        found: Floats = self.turns / np.sqrt(self.sizes**2 + ridge)[:, None]
+        return found
+
     def fitted(self, ridge: float, noise: float) -> Linear:
         """Return the linear function, in the units of the columns."""
         rows = self.rows
-        at = self.basis[:, 1:].T @ rows.output
-        slopes = self.turns.T @ (at * self.sizes / (self.sizes**2 + ridge)) * rows.per_unit
-        spread = noise * self.turns * rows.per_unit / np.sqrt(self.sizes**2 + ridge)[:, None]
         return Linear(
             centre=rows.centre,
             intercept=float(rows.output.mean()),
-            slopes=slopes,
+            slopes=self.slopes(ridge) * rows.per_unit,
             noise_sd=noise * float(np.sqrt(1.0 + 1.0 / rows.output.size)),
-            spread=spread,
+            spread=noise * self.spread(ridge) * rows.per_unit,
         )
 
     @property
@@ -155,7 +164,7 @@ def fit_least_squares(columns: Floats, output: Floats, block: npt.ArrayLike) -> 
     [23.0]
     """
     rows = rows_of(columns, output, block)
-    found = _Directions.of(rows)
+    found = Directions.of(rows)
     out = LeftOut.of(found.basis, rows.output, rows)
     open_blocks = out.undetermined
     errors, counted = _without(found, out, open_blocks)
@@ -167,12 +176,12 @@ def fit_least_squares(columns: Floats, output: Floats, block: npt.ArrayLike) -> 
     return RegressorFit(regressor=found.fitted(0.0, noise), left_out=errors, notes=notes)
 
 
-def _firm(found: _Directions) -> Floats:
+def _firm(found: Directions) -> Floats:
     """Return a penalty that is rounding, but with which every system has an answer."""
     return np.concatenate([[0.0], np.full(found.sizes.size, UNDETERMINED)])
 
 
-def _without(found: _Directions, out: LeftOut, open_blocks: Places) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _without(found: Directions, out: LeftOut, open_blocks: Places) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Return left-out residuals, and which rows come from blocks that left no direction open."""
     rows = found.rows
     if not open_blocks.size:
@@ -187,18 +196,25 @@ def _without(found: _Directions, out: LeftOut, open_blocks: Places) -> tuple[Flo
 
 
 def fit_ridge(
-    columns: Floats, output: Floats, block: npt.ArrayLike, *, shares: Sequence[float] = SHARES
+    columns: Floats,
+    output: Floats,
+    block: npt.ArrayLike,
+    *,
+    shares: Sequence[float] = SHARES,
+    weights: npt.ArrayLike = 1.0,
 ) -> RegressorFit:
     """Fit a linear function with small slopes; how small is chosen by leaving out blocks.
 
     Parameters
     ----------
     columns
-        Shape (rows, features); each is scaled to a standard deviation of 1.
+        Shape (rows, features); each is scaled to a standard deviation of 1, or of its weight.
     output
         Shape (rows,).
     block
         The block of each row, shape (rows,).
+    weights
+        Above 0, of each column: one with twice the weight may have twice the slope for the same penalty.
     shares
         Ridge parameters for each row: the sum of squares that is minimised is ``sum(e ** 2) + share * rows *
         sum(slopes ** 2)``. The intercept is not penalised.
@@ -221,8 +237,8 @@ def fit_ridge(
     """
     if not len(shares) or not all(0.0 < share < np.inf for share in shares):
         raise ArgumentError("shares", f"{tuple(shares)}"[:60], "ridge parameters above 0")
-    rows = rows_of(columns, output, block)
-    found = _Directions.of(rows)
+    rows = rows_of(columns, output, block, weights)
+    found = Directions.of(rows)
     out = LeftOut.of(found.basis, rows.output, rows)
     penalties = [found.penalty(share * rows.output.size) for share in shares]
     figures = [rms(out.errors(penalty)) for penalty in penalties]

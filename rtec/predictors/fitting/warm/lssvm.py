@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import eigh
 from scipy.linalg.blas import dsyr2k
 from scipy.linalg.lapack import dposv, dpotrf, dpotri, dpotrs, dpstrf, dtrtri
+from threadpoolctl import threadpool_limits
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
@@ -23,6 +23,8 @@ GAMMAS = tuple(np.geomspace(1e-2, 1e5, 10).tolist())
 """Weights of the residuals that are tried."""
 STRIP = 64
 """Columns of a kernel matrix that stay in the cache while they are worked on."""
+LOST = 1e-6
+"""What a kernel of low rank may lack on its diagonal, as a share of the smallest ``1 / gamma``; for choosing only."""
 FEW = 0.5
 """Share of the rows below which the rank of a kernel counts as low."""
 
@@ -112,11 +114,11 @@ def fit_ls_svm(
             raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
     rows = rows_of(columns, output, block)
     unit = float(np.sqrt(np.count_nonzero(rows.per_unit)))
-    tried = list(_tried(rows, [width * unit for width in widths], gammas))
-    figures = [figure for _, _, figure in tried]
-    width, gamma, _ = tried[int(np.argmin(figures))]
-    solved = _Solved.of(rows.scaled, rows.output, width, gamma)
-    left_out, variances = solved.without_each(rows)
+    with threadpool_limits(1):  # of matrices as small as these; beside another program, two wait for each other
+        tried = list(_tried(rows, [width * unit for width in widths], gammas))
+        width, gamma, _ = min(tried, key=lambda one: one[2])
+        solved = _Solved.of(rows.scaled, rows.output, width, gamma)
+        left_out, variances = solved.without_each(rows)
     machine = LsSvm(
         centre=rows.centre,
         per_unit=rows.per_unit,
@@ -147,20 +149,20 @@ def _tried(rows: Rows, widths: Sequence[float], gammas: Sequence[float]) -> Iter
     half = 0.5 * np.diagonal(products)
     exponent = np.minimum(products - half[:, None] - half, 0.0)
     for width in widths:
-        roots, sizes = _roots(np.exp(exponent / width**2))
+        roots, sizes = _roots(np.exp(exponent / width**2), LOST / max(gammas))
         for gamma in gammas:
             yield width, gamma, rms(_errors(rows, roots, sizes, gamma))
 
 
-def _roots(kernel: Floats) -> tuple[Floats, Floats]:
+def _roots(kernel: Floats, lost: float) -> tuple[Floats, Floats]:
     """Return W and d with ``kernel = W W'`` and ``W' W = diag(d)``: fewer columns than rows if the rank is low."""
-    factor, pivots, rank, _ = dpstrf(kernel, lower=1)
+    factor, pivots, rank, _ = dpstrf(kernel, lower=1, tol=lost)
     if rank < FEW * len(kernel):
         columns = np.empty((len(kernel), rank))
         columns[pivots - 1] = np.tril(factor[:, :rank])
-        sizes, turns = eigh(columns.T @ columns, driver="evd")
+        sizes, turns = np.linalg.eigh(columns.T @ columns)
         return columns @ turns, sizes
-    sizes, turns = eigh(kernel, driver="evd")
+    sizes, turns = np.linalg.eigh(kernel)
     sizes = np.maximum(sizes, 0.0)
     return turns * np.sqrt(sizes), sizes
 

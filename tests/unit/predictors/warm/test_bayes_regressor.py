@@ -99,7 +99,7 @@ def test_plain_data_build_the_same_function():
         ({"names": "speed"}, "names"),
         ({"states": [2, 3, 3]}, "states: a list of 3"),
         ({"states": [2, 3, 3, 4.5]}, "states"),
-        ({"parents": [0, 0, 1, 9]}, "parents: 9"),
+        ({"parents": [0, 0, 1, 9]}, "parents: 0 to 9"),
         ({"causes": [0, 1, 1, -2]}, "causes"),
         ({"parents": [1, 0, 1, 0], "causes": [1, 1, 0, 2]}, "circle"),
         ({"counts": [1.0]}, "counts: a list of 1"),
