@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.heat import Duty, Piece, Room, Thermometer, warm_machine
+from rtec.heat import Duty, Growth, Piece, Room, Thermometer, WarmMachine, warm_machine
 from rtec.heat.machines import MASSES_KG
 
 PAPER = Duty.paper(spindle_rpm=4000.0)
@@ -168,18 +168,35 @@ def test_duties_are_as_they_say():
         Duty(())
 
 
-def test_a_thermometer_of_no_node_is_refused():
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"thermometers": (Thermometer(name="t", node="screwnut"),)}, "thermometer t: 'screwnut' is not a node"),
+        (
+            {"thermometers": (Thermometer(name="t", node="nut"),) * 2},
+            "thermometer: t is not valid; use each name once",
+        ),
+        ({"growths": (Growth(node="nit"),)}, "growth: 'nit' is not a node"),
+        ({"reference_degc": 1e3}, "reference_degc: 1000 degC is too large"),
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused(parts, said):
     machine = warm_machine()
-    with pytest.raises(ArgumentError, match="thermometer t: 'screwnut' is not a node"):
-        type(machine)(network=machine.network, growths=(), thermometers=(Thermometer(name="t", node="screwnut"),))
+    with pytest.raises(ArgumentError, match=said):
+        WarmMachine(**({"network": machine.network, "growths": (), "thermometers": ()} | parts))
+    with pytest.raises(ArgumentError, match=r"^duty: "):
+        machine.run("paper")
 
 
 PAGE = (Path(__file__).parents[3] / "docs" / "warm-machine.md").read_text(encoding="utf-8")
 
 
-def test_the_example_of_the_page_runs(tmp_path, monkeypatch, capsys):
+def test_the_examples_of_the_page_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], {})  # noqa: S102 - the page's own lines
+    first, own = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    exec(own, {})  # noqa: S102 - the page's own lines
+    assert capsys.readouterr().out == "[47.1 36.9]\n"
+    exec(first, {})  # noqa: S102 - the page's own lines
     z_um, bearing_degc = map(float, capsys.readouterr().out.split())
     assert -120.0 < z_um < -20.0 and 25.0 < bearing_degc < 45.0
     assert len((tmp_path / "spindle.csv").read_text().splitlines()) == 1 + 271
