@@ -5,9 +5,9 @@ from __future__ import annotations
 import enum
 from dataclasses import replace
 
-from rtec.conformance.contract import Contract
-from rtec.conformance.judge import Fault, judge
-from rtec.conformance.trials import Run
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.judge import Fault, judge
+from rtec.verify.contract.trials import Run
 
 
 class Outcome(enum.Enum):
