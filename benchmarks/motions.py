@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from motion_outcomes import Outcome, outcome_of
 from scipy.stats import binomtest
 
 from rtec.axis import Dwell, Move, Program
@@ -26,6 +25,7 @@ from rtec.report.rendering import markdown_page
 from rtec.verify.contract import cases
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.motion_outcome import Outcome, outcome_of
 from rtec.verify.contract.motions import AIMED, insertion_window, motion_for, stream_of
 from rtec.verify.contract.trials import Case, Trials
 

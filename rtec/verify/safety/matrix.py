@@ -202,16 +202,20 @@ class PhaseJob:
         """Try them."""
         phase, design, seed = self.phase, self.design, self.seed
         twin = twin_of(phase, design, seed)
-        key = [self.plan.seed, list(Phase).index(phase), list(Design).index(design), seed]
-        generator = np.random.default_rng(key)
         trials = []
-        for variant in VARIANTS:  # all are drawn, so that one alone is injected as it is among the others
-            moment_ps = moment_within(twin, generator)
-            # the seed says which of the box's three frames is affected
-            bits = seed + 3 * int(generator.integers(1 << 30))
+        for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
             if variant in self.plan.variants:
                 trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
         return trials
+
+
+def moments(plan_seed: int, twin: Twin, phase: Phase, design: Design, seed: int) -> dict[Variant, tuple[int, int]]:
+    """Draw for every fault its moment in the phase, and its bits: one alone is injected as it is among the others."""
+    generator = np.random.default_rng([plan_seed, list(Phase).index(phase), list(Design).index(design), seed])
+    # the seed says which of the box's three frames is affected
+    return {
+        variant: (moment_within(twin, generator), seed + 3 * int(generator.integers(1 << 30))) for variant in VARIANTS
+    }
 
 
 def run_trial(
