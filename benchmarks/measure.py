@@ -15,15 +15,18 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import figures_bayes
 import figures_c_source
 import figures_check
 import figures_command
 import figures_contour
 import figures_diagnosis
 import figures_firmware
+import figures_heat
 import figures_house
 import figures_link
 import figures_live
+import figures_lssvm
 import figures_machine
 import figures_narx
 import figures_predictors
@@ -44,6 +47,8 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "train": figures_train.train,
     "predictors": figures_predictors.predictors,
     "narx": figures_narx.narx,
+    "ls-svm": figures_lssvm.ls_svm,
+    "bayes": figures_bayes.bayes,
     "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,
     "link": figures_link.link,
@@ -53,6 +58,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "first-run": figures_command.first_run,
     "check": figures_check.check,
     "contour": figures_contour.contour,
+    "heat": figures_heat.heat,
     "c-source": figures_c_source.c_source,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,

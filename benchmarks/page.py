@@ -84,6 +84,20 @@ Processor time; an epoch of ours with all its steps beside an iteration of scipy
 Jacobian. Free runs over data that neither trained nor chose: [predictors](predictors.md#models-of-motion).
 """,
     ),
+    "ls-svm": (
+        "LS-SVM",
+        """\
+Processor time with one thread, by turns. `KernelRidge` of scikit-learn has no bias: its solutions for
+the output and for ones are combined.
+""",
+    ),
+    "bayes": (
+        "Bayesian networks",
+        """\
+Learning from counts and exact inference beside pyAgrum, by turns, with the same answers. Processor time; pyAgrum gets
+its rows as a data frame that is there already. pyAgrum prepares all nodes at once, we each node that is asked for.
+""",
+    ),
     "train-command": (
         "Training by `rtec train`",
         "On the calibration of `rtec run`: wall time, and the best row beside the physical model.\n",
@@ -121,6 +135,10 @@ completed.
     "contour": (
         "Feed drives and toolpaths",
         "Processor time on one core, after compiling unless a row says otherwise ([contour](contour.md)).\n",
+    ),
+    "heat": (
+        "The warm machine",
+        "Processor time on one core, after compiling except in the last row ([warm machine](warm-machine.md)).\n",
     ),
     "c-source": (
         "Predictors in C",

@@ -1,0 +1,1 @@
+"""Fits of what stands behind the features of a warm machine; all are judged by leaving out whole blocks."""

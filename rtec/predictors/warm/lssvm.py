@@ -1,0 +1,237 @@
+"""A least-squares support vector machine with a Gaussian kernel (Yao et al. 2013, section 3.2)."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import cholesky, solve_triangular
+
+from rtec.errors import ArgumentError
+from rtec.predictors._columns import Floats
+from rtec.predictors.warm import _plain
+from rtec.predictors.warm._lssvm_kernels import ls_svm_answer
+
+MOST_LANDMARKS = 96
+"""Rows by which the standard deviation is told."""
+KNOWN = 1e-6
+"""Variance, as a share of the prior one, at which a row is told by the landmarks before it."""
+AT_ONCE = 1 << 21
+"""Kernel values that are computed at once."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LsSvm:
+    """A sum of Gaussian bells around the rows of the training, and a bias.
+
+    Raises
+    ------
+    ArgumentError
+        Shapes that do not fit, a number that is not finite, or a width or gamma that is not above 0.
+
+    Notes
+    -----
+    ``f(x) = sum_i alpha_i K(x, x_i) + b`` with ``K(x, z) = exp(-abs(x - z) ** 2 / (2 width ** 2))`` of scaled
+    columns (Yao et al. 2013, equation 6).
+
+    The standard deviation is that of the Gaussian process with the same mean, a bias of which nothing is known
+    before, and a variance of the noise of ``noise_sd ** 2 / gamma``. It is computed from the landmarks: rows taken
+    greedily, each where those before leave most open. What they do not tell counts as open.
+
+    References
+    ----------
+    Suykens et al. 2002, Least Squares Support Vector Machines; Rasmussen and Williams 2006, section 2.7 (bias) and
+    8.3 (landmarks).
+
+    Examples
+    --------
+    >>> bell = LsSvm(centre=[0.0], per_unit=[1.0], width=1.0, gamma=1e6, points=[[-1.0], [1.0]], alpha=[-1.0, 1.0],
+    ...              bias=5.0, noise_sd=2.0)
+    >>> [found.round(3).tolist() for found in bell.predict(np.array([[0.0], [1.0], [9.0]]))]
+    [[5.0, 5.865, 5.0], [1.191, 0.003, 2.504]]
+    """
+
+    kind: ClassVar[str] = "ls-svm"
+
+    centre: Floats
+    """Shape (features,)."""
+    per_unit: Floats
+    """Shape (features,): what a column less its centre is multiplied by; 0 for columns that were left out."""
+    width: float
+    """Of the bells, in scaled columns."""
+    gamma: float
+    """Weight of the residuals against the smoothness."""
+    points: Floats
+    """Scaled rows of the training, shape (rows, features)."""
+    alpha: Floats
+    """Shape (rows,)."""
+    bias: float
+    noise_sd: float = 0.0
+    """Standard deviation before anything is measured; 0: not known."""
+
+    def __post_init__(self) -> None:
+        centre, per_unit, points, alpha = (
+            np.asarray(getattr(self, name), dtype=np.float64) for name in ("centre", "per_unit", "points", "alpha")
+        )
+        if centre.ndim != 1 or not centre.size or per_unit.shape != centre.shape:
+            raise ArgumentError("per_unit", f"an array of shape {per_unit.shape}", f"one for each of {centre.size}")
+        if alpha.ndim != 1 or not alpha.size or points.shape != (alpha.size, centre.size):
+            allowed = f"shape ({alpha.size}, {centre.size}), a row for each alpha and a column for each feature"
+            raise ArgumentError("points", f"an array of shape {points.shape}", allowed)
+        for name, value in (("width", self.width), ("gamma", self.gamma)):
+            if not 0.0 < value < np.inf:
+                raise ArgumentError(name, value, "a finite number above 0")
+        if not all(np.isfinite(part).all() for part in (centre, per_unit, points, alpha, self.bias, self.noise_sd)):
+            raise ArgumentError("points", "a number that is not finite", "finite numbers")
+        for name, array in (("centre", centre), ("per_unit", per_unit), ("points", points), ("alpha", alpha)):
+            object.__setattr__(self, name, array)
+
+    @property
+    def parameters(self) -> int:
+        """A multiplier for each row, and the bias."""
+        return self.alpha.size + 1
+
+    def predict(self, columns: Floats) -> tuple[Floats, Floats]:
+        """Return output and standard deviation, shape (rows,) each, of columns, shape (rows, features)."""
+        scaled = (np.asarray(columns, dtype=np.float64) - self.centre) * self.per_unit
+        found, sd = np.empty(len(scaled)), np.empty(len(scaled))
+        at_once = max(AT_ONCE // self.alpha.size, 1)
+        for first in range(0, len(scaled), at_once):
+            part = slice(first, first + at_once)
+            alike = kernel_between(scaled[part], self.points, self.width)
+            found[part] = alike @ self.alpha + self.bias
+            sd[part] = self._known.sd(alike, self.noise_sd) if self.noise_sd else 0.0
+        return found, sd
+
+    @functools.cached_property
+    def _known(self) -> _Known:
+        return _Known.of(self.points, self.width, self.gamma)
+
+    @property
+    def function(self) -> Callable[..., float]:
+        """Compiled, for one row."""
+        found: Callable[..., float] = ls_svm_answer
+        return found
+
+    @property
+    def numbers(self) -> Floats:
+        """A new array; its layout stands in ``_lssvm_kernels.py``."""
+        known = self._known
+        sizes = [float(n) for n in (self.centre.size, self.alpha.size, known.places.size)]
+        head = [*sizes, 0.5 / self.width**2, self.bias, self.noise_sd, 1.0 / self.gamma, known.bias_weight]
+        triangles = [known.places.astype(np.float64), known.root.ravel(), known.left.ravel(), known.pull]
+        return np.concatenate([head, self.centre, self.per_unit, self.points.ravel(), self.alpha, *triangles])
+
+    @property
+    def room(self) -> int:
+        """For a scaled row, its kernel values, and what the landmarks tell."""
+        return self.centre.size + self.alpha.size + self._known.places.size
+
+    @property
+    def plain(self) -> _plain.Plain:
+        """All that `of` needs to build the same function again."""
+        return {
+            "centre": self.centre.tolist(),
+            "per_unit": self.per_unit.tolist(),
+            "width": float(self.width),
+            "gamma": float(self.gamma),
+            "points": self.points.ravel().tolist(),
+            "alpha": self.alpha.tolist(),
+            "bias": float(self.bias),
+            "noise_sd": float(self.noise_sd),
+        }
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> LsSvm:
+        """Build the function from plain data.
+
+        Raises
+        ------
+        ArgumentError
+            A value is missing, no number, or of another length.
+        """
+        centre, alpha = _plain.array(plain, "centre"), _plain.array(plain, "alpha")
+        return cls(
+            centre=centre,
+            per_unit=_plain.array(plain, "per_unit", centre.size),
+            width=_plain.number(plain, "width", above=0.0),
+            gamma=_plain.number(plain, "gamma", above=0.0),
+            points=_plain.array(plain, "points", centre.size * alpha.size).reshape(alpha.size, centre.size),
+            alpha=alpha,
+            bias=_plain.number(plain, "bias"),
+            noise_sd=_plain.number(plain, "noise_sd"),
+        )
+
+
+def kernel_between(left: Floats, right: Floats, width: float) -> Floats:
+    """Return the Gaussian kernel of scaled rows, shape (rows of the left, rows of the right)."""
+    found: Floats = left @ right.T
+    found *= 2.0
+    found -= np.einsum("ij,ij->i", left, left)[:, None]
+    found -= np.einsum("ij,ij->i", right, right)
+    np.minimum(found, 0.0, out=found)
+    found *= 0.5 / width**2
+    return np.exp(found, out=found)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Known:
+    """What the rows of a training tell about any other row, by a few landmarks among them."""
+
+    places: npt.NDArray[np.int64]
+    root: Floats
+    """Lower Cholesky factor of the landmarks' kernel."""
+    left: Floats
+    """Lower triangle: of what the landmarks tell, the root of what the rows leave open."""
+    pull: Floats
+    """What the kernel of each landmark takes of the bias."""
+    bias_weight: float
+    """One over the variance of the bias, in units of the prior variance."""
+    noise: float
+    """Variance of the noise in the same units."""
+
+    @classmethod
+    def of(cls, points: Floats, width: float, gamma: float) -> _Known:
+        places, columns = _landmarks(points, width)
+        inner = cholesky(np.eye(places.size) + gamma * (columns.T @ columns), lower=True)
+        left = solve_triangular(inner, np.eye(places.size), lower=True)
+        total = columns.sum(axis=0)
+        pull = gamma * (left.T @ (left @ total))
+        open_part = np.ones(len(points)) - columns @ pull  # gamma times this: the inverse of the kernel, times 1
+        return cls(
+            places=places,
+            root=np.tril(columns[places]),
+            left=np.tril(left),
+            pull=pull,
+            bias_weight=gamma * float(open_part @ open_part) + float(pull @ pull),
+            noise=1.0 / gamma,
+        )
+
+    def sd(self, alike: Floats, noise_sd: float) -> Floats:
+        """Return standard deviations from the kernel with all rows, shape (rows asked, rows of the training)."""
+        known = solve_triangular(self.root, alike[:, self.places].T, lower=True)
+        square = self.noise + np.maximum(1.0 - np.square(known).sum(axis=0), 0.0)
+        square += np.square(self.left @ known).sum(axis=0) + np.square(1.0 - self.pull @ known) / self.bias_weight
+        found: Floats = noise_sd * np.sqrt(square)
+        return found
+
+
+def _landmarks(points: Floats, width: float) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return where landmarks stand, and the pivoted Cholesky factor of the kernel, shape (rows, landmarks)."""
+    most = min(MOST_LANDMARKS, len(points))
+    columns, places = np.zeros((len(points), most)), np.zeros(most, dtype=np.int64)
+    open_part = np.ones(len(points))
+    for k in range(most):
+        at = int(np.argmax(open_part))
+        if open_part[at] < KNOWN:
+            return places[:k], columns[:, :k]
+        column = kernel_between(points, points[at : at + 1], width)[:, 0] - columns[:, :k] @ columns[at, :k]
+        columns[:, k] = column / np.sqrt(open_part[at])
+        open_part -= np.square(columns[:, k])
+        open_part[at] = 0.0
+        places[k] = at
+    return places, columns

@@ -1,0 +1,192 @@
+"""LS-SVM: beside the whole system of equation 5 solved by numpy, scikit-learn, and refits without each block."""
+
+import time
+
+import numpy as np
+import pytest
+
+from rtec.errors import ArgumentError
+from rtec.predictors.fitting.warm.lssvm import fit_ls_svm, train_ls_svm
+from rtec.predictors.warm.lssvm import LsSvm
+
+
+def spindle(rows=80, features=3, blocks=5, seed=0):
+    draw = np.random.default_rng(seed)
+    columns = 25.0 + draw.normal(size=(rows, features)) * np.geomspace(0.1, 10.0, features)
+    output = 20.0 + np.sin(columns[:, 0] * 10.0) + 0.1 * columns[:, -1] + 0.1 * draw.normal(size=rows)
+    return columns, output, draw.permutation(np.arange(rows) % blocks)
+
+
+def system(points, output, width, gamma):
+    """Solve equation 5 of Yao et al. as it is printed: bias, then multipliers."""
+    kernel = np.exp(-((points[:, None] - points) ** 2).sum(axis=2) / (2.0 * width**2))
+    whole = np.block([[np.zeros((1, 1)), np.ones((1, len(points)))], [np.ones((len(points), 1)), kernel]])
+    whole[1:, 1:] += np.eye(len(points)) / gamma
+    return np.linalg.solve(whole, np.concatenate([[0.0], output]))
+
+
+def answers(points, solution, asked, width):
+    return solution[0] + np.exp(-((asked[:, None] - points) ** 2).sum(axis=2) / (2.0 * width**2)) @ solution[1:]
+
+
+def refits(columns, output, block, width, gamma):
+    scaled = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    left = np.empty(len(output))
+    for b in np.unique(block):
+        rest = block != b
+        solution = system(scaled[rest], output[rest], width, gamma)
+        left[~rest] = output[~rest] - answers(scaled[rest], solution, scaled[~rest], width)
+    return left
+
+
+@pytest.mark.parametrize(("width", "gamma"), [(0.5, 10.0), (3.0, 1e3), (10.0, 1.0)])
+def test_it_solves_the_printed_system(width, gamma):
+    columns, output, _ = spindle(rows=150)
+    points = columns / columns.std(axis=0)
+    machine = train_ls_svm(points, output, width=width, gamma=gamma)
+    theirs = system(points, output, width, gamma)
+    assert machine.bias == pytest.approx(theirs[0], rel=1e-9)
+    assert machine.alpha == pytest.approx(theirs[1:], abs=1e-9 * np.abs(theirs[1:]).max())
+    asked = points[:20] + 0.3
+    assert machine.predict(asked)[0] == pytest.approx(answers(points, theirs, asked, width), rel=1e-10)
+    assert not machine.predict(asked)[1].any()
+
+
+@pytest.mark.parametrize("rows", [50, 400])
+def test_it_says_what_kernel_ridge_says(rows):
+    kernel_ridge = pytest.importorskip("sklearn.kernel_ridge")
+    columns, output, _ = spindle(rows=rows)
+    points = columns / columns.std(axis=0)
+    theirs = kernel_ridge.KernelRidge(alpha=0.01, kernel="rbf", gamma=0.125).fit(
+        points, np.stack([output, np.ones(rows)], axis=1)
+    )
+    bias = theirs.dual_coef_[:, 0].sum() / theirs.dual_coef_[:, 1].sum()
+    values = theirs.predict(points + 0.1)
+    machine = train_ls_svm(points, output, width=2.0, gamma=100.0)
+    found = values[:, 0] + bias * (1.0 - values[:, 1])
+    assert machine.predict(points + 0.1)[0] == pytest.approx(found, abs=1e-8)
+
+
+@pytest.mark.parametrize("blocks", [2, 5, 80])
+@pytest.mark.parametrize(("width", "gamma"), [(0.5, 10.0), (3.0, 1e3), (30.0, 1e4)])
+def test_left_out_residuals_are_those_of_refits(blocks, width, gamma):
+    columns, output, block = spindle(blocks=blocks)
+    fit = fit_ls_svm(columns, output, block, widths=[width / np.sqrt(3.0)], gammas=[gamma])
+    theirs = refits(columns, output, block, width, gamma)
+    assert fit.left_out == pytest.approx(theirs, abs=1e-9)
+
+
+def test_width_and_gamma_are_the_best_of_those_tried():
+    columns, output, block = spindle()
+    widths, gammas = [0.2, 1.0, 20.0], [0.1, 10.0, 1e4]
+    fit = fit_ls_svm(columns, output, block, widths=widths, gammas=gammas)
+    figures = [
+        np.sqrt(np.mean(refits(columns, output, block, width * np.sqrt(3.0), gamma) ** 2))
+        for width in widths
+        for gamma in gammas
+    ]
+    assert [figure for _, figure in fit.tried] == pytest.approx(figures, rel=1e-6)
+    width, gamma = fit.tried[int(np.argmin(figures))][0].split(", ")
+    assert fit.notes[-1].lower().startswith(f"{width} of scaled columns, {gamma}")
+    assert np.sqrt(np.mean(fit.left_out**2)) == pytest.approx(min(figures), rel=1e-9)
+
+
+def test_the_ends_of_the_grid_are_named():
+    fit = fit_ls_svm(*spindle(), widths=[0.01, 0.02], gammas=[0.1, 10.0, 1e3])
+    assert "width at an end" in fit.notes[-1] or "width and gamma at an end" in fit.notes[-1]
+
+
+def test_a_hundred_settings_of_a_thousand_rows_take_seconds():
+    columns, output, block = spindle(rows=1000, features=17, blocks=10)
+    begun = time.process_time()
+    fit = fit_ls_svm(columns, output, block)
+    assert len(fit.tried) == 100
+    assert time.process_time() - begun < 20.0
+
+
+def test_the_standard_deviation_is_that_of_the_process():
+    columns, output, block = spindle(rows=60)
+    machine = fit_ls_svm(columns, output, block, widths=[0.5], gammas=[20.0]).regressor
+    points, width = machine.points, machine.width
+    asked = columns[:5] + np.array([0.02, 0.1, 3.0])
+    kernel = np.exp(-((points[:, None] - points) ** 2).sum(axis=2) / (2.0 * width**2)) + np.eye(60) / 20.0
+    inverse = np.linalg.inv(kernel)
+    scaled = (asked - columns.mean(axis=0)) / columns.std(axis=0)
+    alike = np.exp(-((scaled[:, None] - points) ** 2).sum(axis=2) / (2.0 * width**2))
+    bias = (1.0 - alike @ inverse.sum(axis=0)) ** 2 / inverse.sum()
+    square = 1.05 - np.einsum("ij,jk,ik->i", alike, inverse, alike) + bias
+    assert machine.predict(asked)[1] == pytest.approx(machine.noise_sd * np.sqrt(square), rel=1e-4)
+
+
+def test_left_out_residuals_have_the_size_that_is_predicted():
+    draw = np.random.default_rng(3)
+    columns = draw.uniform(-2.0, 2.0, size=(600, 1))
+    output = np.sin(2.0 * columns[:, 0]) + 0.2 * draw.normal(size=600)
+    machine = fit_ls_svm(columns, output, np.arange(600) // 10).regressor
+    value, sd = machine.predict(np.array([[0.5], [50.0]]))
+    assert value[0] == pytest.approx(np.sin(1.0), abs=0.1)
+    assert sd[0] == pytest.approx(0.2, rel=0.15)
+    assert sd[1] > 3.0 * sd[0]
+
+
+@pytest.mark.parametrize("rows", [40, 300])
+def test_the_compiled_function_says_the_same(rows):
+    columns, output, block = spindle(rows=rows)
+    found = fit_ls_svm(columns, output, block, widths=[0.3, 3.0], gammas=[1.0, 100.0]).regressor
+    numbers, room, sd = found.numbers, np.zeros(found.room), np.zeros(1)
+    asked = np.concatenate([columns[:20], columns[:5] + 100.0])
+    for row, value, unsure in zip(asked, *found.predict(asked), strict=True):
+        assert found.function(numbers, row, room, sd) == pytest.approx(value, rel=1e-12)
+        assert sd[0] == pytest.approx(unsure, rel=1e-10)
+
+
+def test_plain_data_build_the_same_function():
+    found = fit_ls_svm(*spindle(), widths=[1.0], gammas=[1.0]).regressor
+    again = LsSvm.of(found.plain)
+    assert again.numbers.tolist() == found.numbers.tolist()
+    assert again.parameters == 81
+
+
+def test_a_constant_column_does_not_count():
+    columns, output, block = spindle()
+    stuck = np.insert(columns, 1, 26.0, axis=1)
+    found, bare = fit_ls_svm(stuck, output, block), fit_ls_svm(columns, output, block)
+    assert found.notes[0] == "Column 2 is constant and left out."
+    assert found.left_out == pytest.approx(bare.left_out, abs=1e-9)
+    away = stuck + np.array([0.0, 5.0, 0.0, 0.0])
+    assert found.regressor.predict(away)[0] == pytest.approx(bare.regressor.predict(columns)[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("alpha", [1.0]),
+        ("points", [1.0, 2.0, 3.0]),
+        ("per_unit", []),
+        ("width", 0.0),
+        ("gamma", -1.0),
+        ("bias", None),
+        ("noise_sd", float("inf")),
+    ],
+)
+def test_wrong_plain_data_are_refused(name, value):
+    plain = train_ls_svm(np.arange(4.0).reshape(2, 2), np.ones(2), width=1.0, gamma=1.0).plain
+    with pytest.raises(ArgumentError):
+        LsSvm.of({**plain, name: value})
+
+
+@pytest.mark.parametrize("wrong", [{"widths": []}, {"gammas": [0.0]}, {"widths": [float("nan")]}])
+def test_a_grid_that_cannot_be_tried_is_refused(wrong):
+    with pytest.raises(ArgumentError, match=next(iter(wrong))):
+        fit_ls_svm(*spindle(), **wrong)
+
+
+def test_one_block_cannot_be_left_out():
+    columns, output, block = spindle()
+    with pytest.raises(ArgumentError, match="at least two"):
+        fit_ls_svm(columns, output, block * 0)
+
+
+def test_rows_that_repeat_need_a_smaller_gamma():
+    with pytest.raises(ArgumentError, match="too large"):
+        train_ls_svm(np.zeros((50, 1)), np.arange(50.0), width=1.0, gamma=1e30)
