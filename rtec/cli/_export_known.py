@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
 from rtec.units import NUMBER, UNITS, Kind
@@ -100,6 +98,8 @@ def known_of(path: Path, trained: KnownPredictor | None, warmth: Warmth | None, 
 
 
 def _warm(trained: KnownPredictor, model: object, warmth: Warmth | None) -> Known:
+    import numpy as np
+
     from rtec.inference.warmth import Warmth, check_followed
     from rtec.predictors import BidirectionalTable
     from rtec.predictors.motion_file import MM_OF

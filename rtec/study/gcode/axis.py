@@ -14,7 +14,7 @@ from rtec.study.compensation import Compensation
 
 _TIMES = 3
 """Corrections of a correction; an error changes by far less than a tenth of the way."""
-_AT_ONCE = 1 << 16
+_AT_ONCE = 1 << 14
 
 
 class AxisCorrection:
@@ -108,21 +108,37 @@ class ErrorLeft:
     """Along its feed moves."""
     before: Spread = field(default_factory=Spread)
     """At both, without a correction."""
-    _waiting: list[tuple[float, float, int, bool, float]] = field(default_factory=list)
+    _waiting: list[tuple[float, float, int, bool]] = field(default_factory=list)
+    _on_arcs: list[tuple[float, float, int, float, float, float]] = field(default_factory=list)
 
-    def see(self, sent_mm: float, wanted_mm: float, way: int, *, along: bool, beside_mm: float = 0.0) -> None:
-        """Take in one place: what was commanded, where the axis should be, and how far another axis is off."""
-        self._waiting.append((sent_mm, wanted_mm, way, along, beside_mm))
+    def see(self, sent_mm: float, wanted_mm: float, way: int, *, along: bool) -> None:
+        """Take in one place: what was commanded, and where the axis should be."""
+        self._waiting.append((sent_mm, wanted_mm, way, along))
         if len(self._waiting) >= _AT_ONCE:
+            self.settle()
+
+    def see_on_arc(
+        self, sent_mm: float, other_mm: float, way: int, arc: tuple[float, float, float], wanted_mm: float
+    ) -> None:
+        """Take in one place of an arc: both axes from its centre, the axis first; its radius; where the axis is."""
+        self._on_arcs.append((sent_mm, other_mm - arc[1], way, arc[0], arc[2], wanted_mm))
+        if len(self._on_arcs) >= _AT_ONCE:
             self.settle()
 
     def settle(self) -> None:
         """Judge what is waiting."""
-        if not self._waiting:
-            return
-        sent, wanted, ways, along, beside = np.array(self._waiting, dtype=np.float64).T
+        if self._waiting:
+            sent, wanted, ways, along = np.array(self._waiting).T
+            left = sent + self._errors(sent, ways) - wanted
+            self.points.add(left[along == 0.0])
+            self.between.add(left[along == 1.0])
+            self.before.add(self._errors(wanted, ways))
+        if self._on_arcs:
+            sent, other, ways, centre, radius, wanted = np.array(self._on_arcs).T
+            self.between.add(np.hypot(sent + self._errors(sent, ways) - centre, other) - radius)
+            self.before.add(self._errors(wanted, ways))
         self._waiting.clear()
-        left = np.hypot(sent + self.predictor.error_mm(sent + self.zero_mm, ways) - wanted, beside)
-        self.points.add(left[along == 0.0])
-        self.between.add(left[along == 1.0])
-        self.before.add(self.predictor.error_mm(wanted + self.zero_mm, ways))
+        self._on_arcs.clear()
+
+    def _errors(self, places_mm: Floats, ways: Floats) -> Floats:
+        return self.predictor.error_mm(places_mm + self.zero_mm, ways)

@@ -97,6 +97,8 @@ class Moves:
         path = self._bent(line, words, targets) if bent else self._straight(targets)
         if motion == CYCLE and own == self.modes.normal:
             raise self.modes.error(f"a cycle along {own}", f"moves of {own} written out")
+        if motion == CYCLE and not self.modes.absolute and line.letters & set("KL"):
+            raise self.modes.error("a cycle that is repeated in increments", "its holes written out")
         if path is not None:
             self._count(path.end[own])
             found = self._split(line, words, path, before)
@@ -289,7 +291,7 @@ class Moves:
     def _judge_arc(
         self, path: Path, piece: Piece, start_mm: float, ends: list[tuple[float, float]], centre: tuple[float, float]
     ) -> None:
-        """Judge a piece of an arc: the axis, and how far the other one is off beside it."""
+        """Judge a piece of an arc by how far it is from the circle."""
         angles = [math.atan2(point[1] - centre[1], point[0] - centre[0]) for point in ends]
         sign = 1.0 if self.modes.motion == "G3" else -1.0
         sweep = sign * ((sign * (angles[1] - angles[0])) % (2.0 * math.pi) or 2.0 * math.pi)
@@ -298,10 +300,10 @@ class Moves:
             angle = angles[0] + share * sweep
             point = centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)
             there = piece.begin + share * (piece.end - piece.begin)
-            if path.bent:
+            if path.bent and path.arc is not None:
                 k = path.plane.index(path.own)
-                beside = point[1 - k] - path.at(path.plane[1 - k], there)
-                self.left.see(point[k], path.at(path.own, there), self.way, along=True, beside_mm=beside)
+                arc = path.arc.centre[k], path.arc.centre[1 - k], path.arc.radius
+                self.left.see_on_arc(point[k], point[1 - k], self.way, arc, path.at(path.own, there))
             else:
                 sent = start_mm + share * (self.sent_mm - start_mm)
                 self.left.see(sent, path.at(path.own, there), self.way, along=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from rtec.errors import ArgumentError, FileFormatError
+from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.io import WholeFile, unreadable
 from rtec.predictors import Predictor
 from rtec.study.compensation import Compensation
@@ -17,7 +17,7 @@ from rtec.study.gcode.modes import LINEAR, Modes
 from rtec.study.gcode.moves import Moves
 
 LONGEST_LINE = 1 << 14
-_AT_ONCE = 1 << 16
+_AT_ONCE = 1 << 13
 _HEAD = 1 << 14
 """Characters in which is looked how the program writes comments."""
 _BYTES = "latin-1"
@@ -118,6 +118,8 @@ def correct_program(
                     whole.write("".join(waiting).encode(_BYTES, errors="replace"))
                     waiting.clear()
             whole.write("".join(waiting).encode(_BYTES, errors="replace"))
+    except OutputError:
+        raise
     except OSError as error:
         raise unreadable(source, error, "a G-code program") from error
     left.settle()

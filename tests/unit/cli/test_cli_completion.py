@@ -11,8 +11,6 @@ import typer
 from rtec.axis.motion import MotionKind
 from rtec.blind.plan import PLANS
 from rtec.board import MICROCONTROLLERS
-from rtec.campaign.safety_phases import Phase, hyphened
-from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import application
 from rtec.effects import LIBRARY
 from rtec.effects.library import OF_LOOP
@@ -21,6 +19,8 @@ from rtec.training.dynamic_methods import dynamic_methods
 from rtec.training.dynamic_results import DynamicKind
 from rtec.training.warm_methods import warm_methods
 from rtec.training.warm_results import WarmKind
+from rtec.verify.safety.phases import Phase, hyphened
+from rtec.verify.safety.variants import VARIANTS
 
 GROUP = typer.main.get_command(application())
 
