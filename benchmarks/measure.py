@@ -22,6 +22,7 @@ import figures_command
 import figures_contour
 import figures_diagnosis
 import figures_firmware
+import figures_heat
 import figures_house
 import figures_link
 import figures_live
@@ -55,6 +56,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "first-run": figures_command.first_run,
     "check": figures_check.check,
     "contour": figures_contour.contour,
+    "heat": figures_heat.heat,
     "c-source": figures_c_source.c_source,
     "sigrok": figures_signal.receiver_and_sigrok,
     "vcd": figures_signal.vcd,

@@ -130,6 +130,10 @@ completed.
         "Feed drives and toolpaths",
         "Processor time on one core, after compiling unless a row says otherwise ([contour](contour.md)).\n",
     ),
+    "heat": (
+        "The warm machine",
+        "Processor time on one core, after compiling except in the last row ([warm machine](warm-machine.md)).\n",
+    ),
     "c-source": (
         "Predictors in C",
         """\
