@@ -26,6 +26,7 @@ import figures_heat
 import figures_house
 import figures_link
 import figures_live
+import figures_lssvm
 import figures_machine
 import figures_narx
 import figures_predictors
@@ -46,6 +47,7 @@ GROUPS: dict[str, Callable[[Setting], Iterator[Figure]]] = {
     "train": figures_train.train,
     "predictors": figures_predictors.predictors,
     "narx": figures_narx.narx,
+    "ls-svm": figures_lssvm.ls_svm,
     "bayes": figures_bayes.bayes,
     "train-command": figures_predictors.train_command,
     "handshake": figures_machine.handshake,

@@ -84,6 +84,13 @@ Processor time; an epoch of ours with all its steps beside an iteration of scipy
 Jacobian. Free runs over data that neither trained nor chose: [predictors](predictors.md#models-of-motion).
 """,
     ),
+    "ls-svm": (
+        "LS-SVM",
+        """\
+Processor time with one thread, by turns. `KernelRidge` of scikit-learn has no bias: its solutions for
+the output and for ones are combined.
+""",
+    ),
     "bayes": (
         "Bayesian networks",
         """\

@@ -104,7 +104,7 @@ class Directions:
 
     def slopes(self, ridge: float) -> Floats:
         """Return the slopes of scaled columns."""
-        at = self.basis[:, 1:].T @ self.rows.output
+        at = self.basis[:, 1:].T @ (self.rows.output - self.rows.output.mean())
         found: Floats = self.turns.T @ (at * self.sizes / (self.sizes**2 + ridge))
         return found
 
@@ -196,18 +196,25 @@ def _without(found: Directions, out: LeftOut, open_blocks: Places) -> tuple[Floa
 
 
 def fit_ridge(
-    columns: Floats, output: Floats, block: npt.ArrayLike, *, shares: Sequence[float] = SHARES
+    columns: Floats,
+    output: Floats,
+    block: npt.ArrayLike,
+    *,
+    shares: Sequence[float] = SHARES,
+    weights: npt.ArrayLike = 1.0,
 ) -> RegressorFit:
     """Fit a linear function with small slopes; how small is chosen by leaving out blocks.
 
     Parameters
     ----------
     columns
-        Shape (rows, features); each is scaled to a standard deviation of 1.
+        Shape (rows, features); each is scaled to a standard deviation of 1, or of its weight.
     output
         Shape (rows,).
     block
         The block of each row, shape (rows,).
+    weights
+        Above 0, of each column: one with twice the weight may have twice the slope for the same penalty.
     shares
         Ridge parameters for each row: the sum of squares that is minimised is ``sum(e ** 2) + share * rows *
         sum(slopes ** 2)``. The intercept is not penalised.
@@ -230,7 +237,7 @@ def fit_ridge(
     """
     if not len(shares) or not all(0.0 < share < np.inf for share in shares):
         raise ArgumentError("shares", f"{tuple(shares)}"[:60], "ridge parameters above 0")
-    rows = rows_of(columns, output, block)
+    rows = rows_of(columns, output, block, weights)
     found = Directions.of(rows)
     out = LeftOut.of(found.basis, rows.output, rows)
     penalties = [found.penalty(share * rows.output.size) for share in shares]

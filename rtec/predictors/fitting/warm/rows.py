@@ -26,7 +26,7 @@ class Rows:
     """
 
     scaled: Floats
-    """Shape (rows, features): zero mean, standard deviation 1."""
+    """Shape (rows, features): zero mean, standard deviation 1 times the weight of the column."""
     output: Floats
     blocks: tuple[Places, ...]
     which: Places
@@ -46,7 +46,7 @@ class Rows:
         return (f"Column{'' if one else 's'} {', '.join(constant)} {'is' if one else 'are'} constant and left out.",)
 
 
-def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
+def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike, weights: npt.ArrayLike = 1.0) -> Rows:
     """Check the rows that a regressor is to be fitted to, and scale them.
 
     Parameters
@@ -57,11 +57,14 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
         Shape (rows,).
     block
         The block of each row, as any whole number, shape (rows,).
+    weights
+        Above 0, of each column: what its standard deviation becomes.
 
     Raises
     ------
     ArgumentError
-        Shapes that do not fit, a value that is not finite, fewer than two blocks, or constant columns only.
+        Shapes that do not fit, a value that is not finite, fewer than two blocks, constant columns only, or
+        weights that are not above 0.
 
     Examples
     --------
@@ -72,7 +75,9 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
     columns, output = np.asarray(columns, dtype=np.float64), np.asarray(output, dtype=np.float64)
     if columns.ndim != 2 or not columns.shape[1]:
         raise ArgumentError("columns", f"an array of shape {columns.shape}", "one column for each feature")
-    labels = np.asarray(block)
+    labels, weights = np.asarray(block), np.asarray(weights, dtype=np.float64)
+    if weights.shape not in {(), columns.shape[1:]} or not ((weights > 0.0) & (weights < np.inf)).all():
+        raise ArgumentError("weights", f"{weights}"[:60], "a finite number above 0 for each column")
     for name, array in (("output", output), ("block", labels)):
         if array.shape != columns.shape[:1]:
             raise ArgumentError(
@@ -91,7 +96,7 @@ def rows_of(columns: Floats, output: Floats, block: npt.ArrayLike) -> Rows:
     if constant.all():
         raise ArgumentError("columns", "constant columns", "at least one that varies")
     per_unit = np.zeros(centre.size)
-    np.divide(1.0, columns.std(axis=0), out=per_unit, where=~constant)
+    np.divide(weights, columns.std(axis=0), out=per_unit, where=~constant)
     order = np.argsort(which, kind="stable")
     ends = np.cumsum(np.bincount(which))[:-1]
     return Rows(

@@ -183,6 +183,21 @@ def test_rows_that_cannot_be_fitted_are_refused(change, said):
         fit_ridge(*change(*spindle()))
 
 
+def test_a_column_of_twice_the_weight_is_penalised_a_quarter():
+    columns, output, block = spindle(features=2)
+    fit = fit_ridge(columns, output, block, shares=[0.3], weights=[1.0, 2.0])
+    scaled = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    penalty = 0.3 * 60 * np.diag([1.0, 0.25])
+    theirs = np.linalg.solve(scaled.T @ scaled + penalty, scaled.T @ (output - output.mean())) / columns.std(axis=0)
+    assert fit.regressor.slopes == pytest.approx(theirs, rel=1e-9)
+
+
+@pytest.mark.parametrize("weights", [[1.0], [1.0, 0.0, 1.0, 1.0], -1.0])
+def test_weights_are_above_zero_and_one_for_each_column(weights):
+    with pytest.raises(ArgumentError, match="weights"):
+        fit_ridge(*spindle(), weights=weights)
+
+
 def test_a_ridge_parameter_is_above_zero():
     with pytest.raises(ArgumentError, match="shares"):
         fit_ridge(*spindle(), shares=[0.0])
