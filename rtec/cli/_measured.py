@@ -116,6 +116,7 @@ class MeasuredOptions(OptionGroup):
     model: Path | None = option("--model", "M.toml", "Effects that are known; none without it.")
     heldout: Path | None = option("--heldout", "FILE", "Another measurement to judge on, instead of held-out blocks.")
     lock: bool = flag("--lock", "Reserve 20 % as test set (the last runs, if there are three), and score on it.")
+    blocks: str | None = option("--blocks", "COLUMN", "Held out together: rows until this column changes.")
     observe: str | None = option(
         "--observe", "QUANTITY", "What is explained: deviation without it; force, current, ..."
     )
@@ -138,7 +139,8 @@ class MeasuredOptions(OptionGroup):
         from rtec.inference.model_file import read_model, read_observe
 
         model, heldout, choices = self.model, self.heldout, self.columns.choices(several=several)
-        facts = {fact: said for fact, said in dataclasses.asdict(self.axis).items() if said is not None}
+        said_of_it = {**dataclasses.asdict(self.axis), "blocks": self.blocks}
+        facts = {fact: said for fact, said in said_of_it.items() if said is not None}
         if self.lock and heldout is not None:
             raise apart("--lock", "--heldout", "either judges instead of blocks")
         if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,31 +12,14 @@ from rtec.errors import ArgumentError, unknown
 from rtec.io import check_file
 
 if TYPE_CHECKING:
-    from rtec.cli._measured import ColumnOptions
+    from rtec.cli._train_options import TrainOptions
     from rtec.training.dynamic_results import DynamicComparison, DynamicRow
 
 _BUDGET_S = 90.0
 _WHOLE_LINES = 1000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DynamicOptions:
-    """What ``rtec train`` was asked for, as far as it means something with ``--dynamic``."""
-
-    observe: str | None
-    inputs: list[str] | None
-    heldout: Path | None
-    output: Path | None
-    pick: str | None
-    budget_s: float | None
-    starts: int
-    columns: ColumnOptions
-    seed: int
-    force: bool
-    json: bool
-
-
-def train_dynamic(data: Path, asked: DynamicOptions) -> bool:
+def train_dynamic(data: Path, asked: TrainOptions) -> bool:
     """Fit, compare, show and write; return whether Ctrl-C ended it.
 
     Raises

@@ -46,8 +46,10 @@ class ShapeOptions(OptionGroup):
     carried: bool = flag("--carried", "Wind-up carries over the reversal.")
     settled: bool = flag("--settled", "A log begins wound up by the motion before it.")
     overshoot: _Text = option("--overshoot", "'1 mm'", "From the last reading to the reversal, of wind-up.")
-    sensor: _Text = option("--sensor", "COLUMN", "Temperature column of what heat does.")
-    lag: _Text = option("--lag", "'10 min'", "By which what grows lags behind its sensor.")
+    sensor: _Text = option("--sensor", "COLUMN,...", "Temperature columns, or spindle, that what grows follows.")
+    lag: _Text = option(
+        "--lag", "'10 min, ...'", "By which what grows lags behind its sensor, or each behind its own."
+    )
     elsewhere: bool = flag("--elsewhere", "Growth is fixed elsewhere than at zero.")
     time_constant: _Text = option("--time-constant", "'30 min'", "Of the warm-up.")
     moment: _Text = option("--moment", "'90 s'", "At which counts were lost.")
@@ -91,18 +93,47 @@ def add(
     Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
     Example: rtec add cyclic z_axis.csv --period "0.25 inch" --harmonics 2 -o cyclic.toml
     Example: rtec add windup z_axis.csv --distance "2 mm" -o windup.toml --json
+    Example: rtec add thermal_shift shift.csv --sensor nut,spindle --lag "0 min, 40 min" -o warm.toml
     """
-    from rtec.inference.diagnose import add as added
+    from rtec.inference.diagnose import add as added, with_step_before
     from rtec.inference.model_file import write_model
 
     with progress(f"adding {effect}") as show:
         given = measured.read(data)
         what = given.dataset.library.named(effect)
-        wanted = shape_from_options(what, shape.stated(), given.dataset)
+        wanted = shapes_from_options(what, shape.stated(), given.dataset)
         show(0.2)
-        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=wanted, seed=seed)
+        result = added(effect, given.dataset, given.model, heldout=given.heldout, shape=wanted[0], seed=seed)
+        for more in wanted[1:]:
+            result = with_step_before(
+                result, added(effect, given.dataset, result.model, heldout=given.heldout, shape=more, seed=seed)
+            )
         write_model(output, result.model)
     show_diagnosis(result, {"model": str(output)}, as_json=json, seed=seed)
+
+
+def shapes_from_options(effect: Effect, given: Mapping[str, object], dataset: Dataset) -> list[Shape | None]:
+    """Return the shapes that options state: one for each sensor, where several are named.
+
+    Raises
+    ------
+    ArgumentError
+        As of `shape_from_options`, or another number of lags than of sensors.
+    """
+    from rtec.effects._heat import heats_of
+
+    several = {
+        key: [part.strip() for part in str(given[key]).split(",")] for key in ("sensor", "lag") if key in given
+    }
+    count = max((len(parts) for parts in several.values()), default=1)
+    if not all(len(parts) in (1, count) for parts in several.values()):
+        raise ArgumentError("--lag", given["lag"], f"one lag, or one for each of {len(several['sensor'])} sensors")
+    if "sensor" in several:
+        known = heats_of(dataset.conditions)
+        full = {name: f"temperature_{name}" for name in several["sensor"] if name not in known}
+        several["sensor"] = [full[name] if full.get(name) in known else name for name in several["sensor"]]
+    each = [{key: parts[k % len(parts)] for key, parts in several.items()} for k in range(count)]
+    return [shape_from_options(effect, {**given, **one}, dataset) for one in each]
 
 
 def shape_from_options(effect: Effect, given: Mapping[str, object], dataset: Dataset) -> Shape | None:

@@ -72,6 +72,13 @@ def pc(
         show_default=False,
         default=0,
     ),
+    outside: str = word(
+        "--outside",
+        "hold|keep|zero",
+        "The correction where the predictor has no answer.",
+        panel=TIMES,
+        default="hold",
+    ),
     start_up_s: float = _live.seconds(
         "--start-up", "60s", "Longest wait until the boxes are there and ready.", default="60s"
     ),
@@ -96,7 +103,7 @@ def pc(
     from rtec.live.quiet import quiet_collector
     from rtec.live.shown import pc_screen
     from rtec.live.stopping import StopWish
-    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.settings import HandshakeSettings, Outside
     from rtec.requester.supervision import SupervisionLimits
 
     bus = _live.BusWords(interface=interface, channel=channel, bitrate=bitrate)
@@ -109,7 +116,7 @@ def pc(
         completion_timeout_ps=completion_timeout_ps,
         limit_mm=limit_mm,
     )
-    handshake = HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps)
+    handshake = HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps, outside=Outside(outside))
     nodes_from = partial(_nodes, predictors, design, handshake, supervision, count_mm=count_mm, home_mm=home_mm)
     for each in nodes_from(at_ps=0):
         _warm_up(each)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,9 @@ import typer
 from rtec.cli import _measured
 from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import apart, flag, force, needs, option, whole, written
-from rtec.cli._train_dynamic import DynamicOptions, train_dynamic
+from rtec.cli._train_dynamic import train_dynamic
+from rtec.cli._train_options import TrainOptions
+from rtec.cli._train_warm import is_warm, train_warm
 from rtec.cli._words import MOTION_MODELS, PREDICTORS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
@@ -54,7 +57,12 @@ def train(
     ),
     dynamic: bool = flag("--dynamic", "DATA is the log of a drive: models of motion, compared in free run."),
     observe: str | None = option(
-        "--observe", "QUANTITY", "Output of a model of motion: the following error without it, or any column."
+        "--observe",
+        "QUANTITY",
+        "Displacement of a warm machine, as ch3 (all without it); output of a model of motion, with --dynamic.",
+    ),
+    blocks: str | None = option(
+        "--blocks", "COLUMN", "Warm machine: its changes start the blocks that are left out; speed without it."
     ),
     inputs: str | None = option(
         "--inputs",
@@ -65,7 +73,7 @@ def train(
         "--figure", "F.png", "Errors, sizes and learning curves as a picture.", endings=FIGURES
     ),
     budget_s: float | None = option(
-        "--budget", "'2 min'", "Time that all networks share: 40 s, 90 s with --dynamic.", read=_budget
+        "--budget", "'2 min'", "Time for all: 40 s; 60 s for a warm machine, 90 s with --dynamic.", read=_budget
     ),
     starts: int = whole("--starts", "Trainings of a network, from other weights.", low=1, high=1000, default=10),
     thesis: bool = flag("--thesis", "Up to 10 000 epochs a training, no budget and no early end: hours."),
@@ -81,70 +89,90 @@ def train(
 
     A fifth of the places is held out, unless --heldout names another measurement. Ctrl-C ends the training and keeps
     the best so far. With --dynamic the first half of a log trains models of motion, and the second half judges them.
+    A log of displacements over time, with temperatures or spindle_rpm, trains models of a warm machine: its last
+    speeds are held out.
 
     Example: rtec train z_axis.csv --heldout check.csv -o best.toml
     Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
     Example: rtec train --dynamic drive.csv --axis x -o motion.toml --json
+    Example: rtec train spindle.csv --observe ch3 --heldout other_day.csv --figure spindle.png -o ch3.toml
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")
+    asked = TrainOptions(
+        heldout=heldout,
+        output=output,
+        pick=pick,
+        observe=observe,
+        blocks=blocks,
+        inputs=None if inputs is None else [name.strip() for name in inputs.split(",")],
+        figure=figure,
+        budget_s=budget_s,
+        starts=starts,
+        thesis=thesis,
+        axis=_measured.AxisOptions(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev),
+        effects=effects,
+        columns=columns,
+        seed=seed,
+        force=force,
+        json=json,
+    )
     if dynamic:
-        _refuse_with_dynamic(figure, thesis, screw_pitch, counts_per_rev, effects)
-        asked = DynamicOptions(
-            observe=observe,
-            inputs=None if inputs is None else [name.strip() for name in inputs.split(",")],
-            heldout=heldout,
-            output=output,
-            pick=pick,
-            budget_s=budget_s,
-            starts=starts,
-            columns=columns,
-            seed=seed,
-            force=force,
-            json=json,
-        )
-        if train_dynamic(data, asked):
-            raise typer.Exit(_INTERRUPTED)
-        return
-    _refuse_without_dynamic({"--observe": observe, "--inputs": inputs})
-    pick = None if pick is None else _row(pick)
-    from rtec.dataset.dataset import warnings_of
-    from rtec.training import compare_predictors
-
-    with progress(f"training on {data.name}") as show:
-        axis = _measured.AxisOptions(screw_pitch=screw_pitch, counts_per_rev=counts_per_rev)
-        given = _measured.MeasuredOptions(heldout=heldout, effects=effects, axis=axis, columns=columns).read(data)
-        result = compare_predictors(
-            given.dataset,
-            given.heldout,
-            effort=_effort(starts, thesis),
-            budget_s=None if thesis else _BUDGET_S if budget_s is None else budget_s,
-            seed=seed,
-            progress=lambda what, share: show(share, what),
-        )
-    warnings = warnings_of(given.dataset, given.heldout)
-    if not json:  # before anything is written: a full disk shall not take the figures with it
-        _show(result, given.dataset.notes, warnings)
-    made = {} if output is None else _write(output, result, _chosen(result, pick), force=force)
-    if figure is not None:
-        _draw(figure, result, force=force)
-    if json:
-        from rtec.report.training import training_document
-
-        print_json(training_document(result) | {"warnings": warnings} | made)
-    elif output is not None:
-        typer.echo(f"{output}: {made['written']}")
-    if result.interrupted:
+        _refuse_with("--dynamic", asked, {"--figure": figure, "--blocks": blocks})
+        interrupted = train_dynamic(data, asked)
+    elif inputs is None and is_warm(data, observe, columns):
+        _refuse_with("the log of a warm machine", asked, {})
+        interrupted = train_warm(data, asked)
+    else:
+        _refuse_without_dynamic({"--observe": observe, "--inputs": inputs})
+        if blocks is not None:
+            raise ArgumentError(
+                "--blocks", "", "it for the log of a warm machine", problem=f"means nothing for {data}"
+            )
+        interrupted = _train_positions(data, asked)
+    if interrupted:
         raise typer.Exit(_INTERRUPTED)
 
 
-def _refuse_with_dynamic(
-    figure: Path | None, thesis: bool, screw_pitch: str | None, counts_per_rev: str | None, effects: Path | None
-) -> None:
-    said = {"--figure": figure, "--thesis": thesis, "--screw-pitch": screw_pitch, "--effects": effects}
-    for name, value in (said | {"--counts-per-rev": counts_per_rev}).items():
+def _train_positions(data: Path, asked: TrainOptions) -> bool:
+    """Fit, compare, show and write predictors of positions; return whether Ctrl-C ended it."""
+    from rtec.dataset.dataset import warnings_of
+    from rtec.training import compare_predictors
+
+    pick = None if asked.pick is None else _row(asked.pick)
+    with progress(f"training on {data.name}") as show:
+        given = _measured.MeasuredOptions(
+            heldout=asked.heldout, effects=asked.effects, axis=asked.axis, columns=asked.columns
+        ).read(data)
+        result = compare_predictors(
+            given.dataset,
+            given.heldout,
+            effort=_effort(asked.starts, asked.thesis),
+            budget_s=None if asked.thesis else _BUDGET_S if asked.budget_s is None else asked.budget_s,
+            seed=asked.seed,
+            progress=lambda what, share: show(share, what),
+        )
+    warnings = warnings_of(given.dataset, given.heldout)
+    if not asked.json:  # before anything is written: a full disk shall not take the figures with it
+        _show(result, given.dataset.notes, warnings)
+    made = {} if asked.output is None else _write(asked.output, result, _chosen(result, pick), force=asked.force)
+    if asked.figure is not None:
+        _draw(asked.figure, result, force=asked.force)
+    if asked.json:
+        from rtec.report.training import training_document
+
+        print_json(training_document(result) | {"warnings": warnings} | made)
+    elif asked.output is not None:
+        typer.echo(f"{asked.output}: {made['written']}")
+    return result.interrupted
+
+
+def _refuse_with(what: str, asked: TrainOptions, more: Mapping[str, object]) -> None:
+    """Refuse options that mean something for positions only, and others."""
+    said = {"--thesis": asked.thesis, "--screw-pitch": asked.axis.screw_pitch, "--effects": asked.effects}
+    for name, value in {**said, "--counts-per-rev": asked.axis.counts_per_rev, **more}.items():
         if value not in (None, False):
-            raise apart(name, "--dynamic")
+            raise apart(name, what)
 
 
 def _refuse_without_dynamic(said: dict[str, str | None]) -> None:

@@ -50,6 +50,9 @@ class Dataset:
     passage: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     """Number of the pass, 0, 1, ..., that each reading belongs to: a stretch in one direction within a run. Readings
     of one pass and cell are correlated with each other. Shape (rows,); where it is left out, a run is a pass."""
+    block: Ints | None = None
+    """Number of the block of each reading, shape (rows,), which ascends: rows of one state of the machine, held out
+    together. None where nothing makes blocks."""
     notes: tuple[str, ...] = ()
     """What was done to the file's numbers before (differentiation, decimation, rows left out), in sentences."""
     warnings: tuple[str, ...] = ()
@@ -142,7 +145,7 @@ class Dataset:
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> Dataset:
         """Return some of the readings."""
-        columns = {name: getattr(self, name) for name in ("observed", "cell", "passage", "stands_for")}
+        columns = {name: getattr(self, name) for name in ("observed", "cell", "passage", "block", "stands_for")}
         found: dict[str, Any] = {name: values[rows] for name, values in columns.items() if values is not None}
         found["unknown"] = tuple((name, values[rows]) for name, values in self.unknown)
         if self.resample is None:
@@ -203,6 +206,6 @@ def same_kind(data: Dataset, like: Dataset) -> Dataset:
 def _columns(conditions: Conditions) -> list[str]:
     """Return the kinds of columns that effects can depend on."""
     names = {"direction": "direction", "time_s": "time", "velocity": "velocity", "acceleration": "acceleration"}
-    names |= {"pressure_hpa": "pressure", "humidity_percent": "humidity", "load": "load"}
+    names |= {"pressure_hpa": "pressure", "humidity_percent": "humidity", "load": "load", "spindle_rpm": "spindle"}
     have = [word for name, word in names.items() if getattr(conditions, name) is not None]
     return have + list(conditions.temperatures)

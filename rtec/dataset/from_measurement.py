@@ -13,6 +13,7 @@ from rtec.dataset.standstill import Ints
 from rtec.effects.conditions import Floats
 from rtec.errors import FileFormatError
 from rtec.metrology import AxisFacts, Measurement, Positions
+from rtec.metrology.columns import channel_of_heading, quantity_of_heading
 
 NO_POSITION = {
     "time": "no position: time is the coordinate, and what is periodic in position is periodic in time",
@@ -35,7 +36,9 @@ def rows_of(
     position, unit = position_of(measurement, positions, coordinate)
     observed, observed_unit = observed_of(measurement, positions, observe)
     beside = {name: values for name, values in columns.items() if name != observe}
-    numeric = {name: values for name, values in measurement.unknown.items() if values.dtype.kind == "f"}
+    others = _other_channels(measurement, observe)
+    strange = {name: values for name, values in measurement.unknown.items() if name not in others}
+    numeric = {name: values for name, values in strange.items() if values.dtype.kind == "f"}
     rows = Rows(
         measurement=measurement,
         axis=axis,
@@ -47,12 +50,14 @@ def rows_of(
         position=position,
         observed=observed,
         run=run_numbers(measurement),
+        block=_said_blocks(measurement, axis),
         time_s=columns.get("time"),
         direction=columns.get("direction"),
         feed=np.abs(beside["feed"]) if "feed" in beside and not in_motion else None,
         pressure_hpa=beside.get("pressure"),
         humidity_percent=beside.get("humidity"),
         load=beside.get("load"),
+        spindle_rpm=beside.get("spindle"),
         temperatures={name: values for name, values in beside.items() if name.startswith("temperature")},
         unknown={name: values.astype(np.float64, copy=False) for name, values in numeric.items()},
         notes=(*measurement.notes, *positions.notes),
@@ -64,6 +69,29 @@ def rows_of(
     if in_motion or "run" in columns or coordinate == "time":
         rows = one_clock(rows)
     return replace(rows, notes=(*rows.notes, *_not_used(rows, in_motion=in_motion)))
+
+
+def _said_blocks(measurement: Measurement, axis: AxisFacts) -> Ints | None:
+    """Return the number of the block of each row, where a column is said to tell it: its change starts a block."""
+    if (name := axis.text("blocks")) is None:
+        return None
+    columns = {column.heading: column.values for column in measurement.columns.values()} | dict(measurement.unknown)
+    columns |= {quantity: column.values for quantity, column in measurement.columns.items()}
+    values = next((values for key, values in columns.items() if key.lower() == name.strip().lower()), None)
+    if values is None:
+        headings = [*(column.heading for column in measurement.columns.values()), *measurement.unknown]
+        raise axis.wrong("blocks", f"the name of a column ({', '.join(headings)})")
+    changed: Ints = np.cumsum(np.append(False, values[1:] != values[:-1]))
+    return changed
+
+
+def _other_channels(measurement: Measurement, observe: str) -> list[str]:
+    """Return the headings of channels in the unit of the one observed: they show the same, and explain nothing."""
+    column = measurement.columns.get(observe)
+    if column is None or quantity_of_heading(column.heading) is not None:
+        return []
+    every = measurement.channels().values()
+    return [heading for heading in every if channel_of_heading(heading)[1].inside == column.unit]
 
 
 def _with_velocity(rows: Rows) -> Rows:
@@ -120,18 +148,22 @@ def clock_runs_back(time_s: Floats, run: Ints) -> Ints:
 def _not_used(rows: Rows, *, in_motion: bool) -> Iterator[str]:
     """Yield notes about the columns that nothing, or not everything, uses."""
     columns, unknown = rows.measurement.columns, rows.measurement.unknown
-    used = {"run", "direction", "time", "deviation", "velocity", "pressure", "humidity", "load"}
+    used = {"run", "direction", "time", "deviation", "velocity", "pressure", "humidity", "load", "spindle"}
     used |= {rows.observe, rows.coordinate, *rows.temperatures, *(() if in_motion else ("feed",))}
     if rows.observe == "deviation" and "deviation" not in columns:
         used |= {"target", "actual"}
     for what, names in (
         ("not used", [column.heading for name, column in columns.items() if name not in used]),
+        ("not used, as channels beside the one observed", _other_channels(rows.measurement, rows.observe)),
         (
             "of no known quantity, looked at but used by no effect",
             [name for name in rows.unknown if name not in rows.other_axes],
         ),
         ("positions of other axes, used by no effect but by rtec train", list(rows.other_axes)),
-        ("not used, because not all of it are numbers", [name for name in unknown if name not in rows.unknown]),
+        (
+            "not used, because not all of it are numbers",
+            [name for name, values in unknown.items() if values.dtype.kind != "f"],
+        ),
     ):
         if names:
             yield f"{what}: {', '.join(names)}"

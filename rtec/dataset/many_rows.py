@@ -100,8 +100,9 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     Held-out folds see the readings of all others, and which effects, periods and nodes are looked for is decided with
     all of them. A locked part is as good as another measurement that nobody has opened.
 
-    Of three runs or more the last fifth of the runs is reserved, one at least; of fewer runs at rest every fifth
-    reading, for the end of a pass lies where nothing else was measured; of a log in motion its last fifth.
+    Of three runs or more the last fifth of the runs is reserved, one at least; of blocks the last fifth, too; else of
+    readings at rest every fifth, for the end of a pass lies where nothing else was measured; of a log in motion its
+    last fifth.
 
     Raises
     ------
@@ -113,6 +114,10 @@ def locked(dataset: Dataset) -> tuple[Dataset, Dataset]:
     if len(runs) >= _FEWEST_RUNS:
         last = runs[-max(1, round(len(runs) / _EVERY)) :]
         away, name = np.isin(run, last), "the last run" if len(last) == 1 else f"the last {len(last)} runs"
+    elif dataset.block is not None and (blocks := np.unique(dataset.block).tolist())[1:]:
+        ended = blocks[-max(1, round(len(blocks) / _EVERY)) :]
+        away = np.isin(dataset.block, ended)
+        name = "the last block" if len(ended) == 1 else f"the last {len(ended)} blocks"
     elif dataset.conditions.moving:
         away, name = order >= dataset.rows - dataset.rows // _EVERY, "the last fifth"
     else:

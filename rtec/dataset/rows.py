@@ -15,7 +15,7 @@ from rtec.effects.conditions import Floats
 from rtec.metrology import AxisFacts, Measurement
 from rtec.metrology.columns import axis_of_heading
 
-_NAMES = ("run", "rest", "direction", "held_direction")  # numbers that only name something: no mean of them
+_NAMES = ("run", "rest", "block", "direction", "held_direction")  # numbers that only name something: no mean of them
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,7 +26,7 @@ class Rows:
     ``turn`` is a whole turn of a rotary axis; ``pauses_unknown`` says that the clock of the file starts again with
     each run. Of a log only: ``rest``, the number of the standstill that a row belongs to, −1 in motion;
     ``held_direction``, that of the last motion, also at rest; ``smoothed_off``, how much of a velocity column the low
-    pass took away.
+    pass took away. ``block`` numbers what the user wants held out together.
     """
 
     measurement: Measurement
@@ -39,6 +39,7 @@ class Rows:
     position: Floats
     observed: Floats
     run: Ints
+    block: Ints | None = None
     time_s: Floats | None = None
     pauses_unknown: bool = False
     direction: Floats | None = None
@@ -51,6 +52,7 @@ class Rows:
     pressure_hpa: Floats | None = None
     humidity_percent: Floats | None = None
     load: Floats | None = None
+    spindle_rpm: Floats | None = None
     temperatures: dict[str, Floats] = field(default_factory=dict)
     unknown: dict[str, Floats] = field(default_factory=dict)
     stands_for: Floats | None = None

@@ -15,15 +15,27 @@ from rtec.dataset.observed import observable_of
 from rtec.dataset.repeats import cells_of, place_numbers
 from rtec.dataset.rows import Rows
 from rtec.dataset.standstill import Ints
+from rtec.dataset.warm_blocks import blocks_of, stretch_starts
 from rtec.effects import Units
 from rtec.effects.conditions import Conditions, Floats, distance_since_reversal, heading_name
 from rtec.errors import FileFormatError
 from rtec.metrology import Measurement
 from rtec.metrology.columns import MOST_AXES
+from rtec.predictors.warm.features import SPINDLE_SPEED
 
 FEWEST_ROWS = 3
 """Below, nothing at all can be told from noise."""
-_SHARED = ("position", "position_unit", "run", "direction", "time_s", "velocity", "acceleration", "load")
+_SHARED = (
+    "position",
+    "position_unit",
+    "run",
+    "direction",
+    "time_s",
+    "velocity",
+    "acceleration",
+    "load",
+    "spindle_rpm",
+)
 _SAME_LOAD = 0.01  # of what the loads differ by
 
 
@@ -74,6 +86,7 @@ def dataset_of(
     if rows.load is not None:
         cell = _under_one_load(cell, passage, rows.load if resample is None else rows.load[resample.kept])
         load_unit = rows.measurement.columns["load"].unit
+    block = _blocks_by_speed(rows, conditions) if rows.block is None else rows.block
     return Dataset(
         source=rows.measurement.source,
         observe=rows.observe,
@@ -84,6 +97,7 @@ def dataset_of(
         cell=cell,
         stands_for=rows.stands_for if resample is None else resample.stands_for,
         passage=passage,
+        block=block if block is None or resample is None else block[resample.kept],
         notes=rows.notes,
         unknown=tuple(unknown.items()),
         resample=resample,
@@ -102,6 +116,15 @@ def _axis_of(measurement: Measurement) -> int | None:
     if text in map(str, range(1, MOST_AXES + 1)):
         return int(text)
     raise FileFormatError(measurement.source, None, f"axis: {text}", f"a number from 1 to {MOST_AXES}")
+
+
+def _blocks_by_speed(rows: Rows, c: Conditions) -> Ints | None:
+    """Return the blocks of one speed of the spindle in readings over time, where there are enough of them."""
+    if c.moving or not c.time_is_coordinate or c.time_s is None or c.spindle_rpm is None or not np.ptp(c.spindle_rpm):
+        return None
+    speed = {SPINDLE_SPEED: c.spindle_rpm}
+    found = blocks_of(c.time_s, speed, rows.run, stretch_starts(c.time_s, rows.run)[0])
+    return found.of_row if found.by in ("spindle speed", "run or stretch") else None
 
 
 def _under_one_load(cell: Ints, passage: Ints, load: Floats) -> Ints:

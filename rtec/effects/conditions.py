@@ -43,6 +43,8 @@ class Conditions:
         Distance travelled since the last reversal, in position units; None without directions.
     temperatures
         In degC, by the name of the column.
+    spindle_rpm
+        Speed of the spindle in rev/min, held from reading to reading; None where it was not recorded.
     pressure_hpa, humidity_percent
         Of the air; None where they were not recorded.
     load
@@ -78,6 +80,7 @@ class Conditions:
     acceleration: Floats | None = None
     since_reversal: Floats | None = None
     temperatures: Mapping[str, Floats] = field(default_factory=lambda: MappingProxyType({}))
+    spindle_rpm: Floats | None = None
     pressure_hpa: Floats | None = None
     humidity_percent: Floats | None = None
     load: Floats | None = None

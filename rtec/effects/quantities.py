@@ -11,6 +11,7 @@ from rtec.effects.conditions import Conditions, Floats
 MEANT = MappingProxyType({
     "position": "a position", "direction": "a direction", "velocity": "a velocity or feed column, or moving data",
     "acceleration": "moving data", "time": "a time column", "temperature": "one temperature column",
+    "spindle": "a spindle speed",
     "since_reversal": "directions", "run": "runs", "load": "a load column", "pressure": "a pressure column",
     "humidity": "a humidity column", "phase_of_pitch": "a stated screw pitch",
     "phase_of_signal": "a stated signal period", "phase_of_turn": "counts a turn, or angles",
@@ -20,7 +21,7 @@ PHASES = MappingProxyType({
     "phase_of_pitch": "screw_pitch", "phase_of_signal": "signal_period", "phase_of_turn": "revolution",
 })  # fmt: skip
 """Where in a period that the file states a position lies."""
-SLOW = frozenset({"time", "temperature", "run", "load", "pressure", "humidity"})
+SLOW = frozenset({"time", "temperature", "spindle", "run", "load", "pressure", "humidity"})
 """Those that change from repeat to repeat."""
 
 
@@ -45,7 +46,8 @@ def quantity_of(conditions: Conditions, name: str) -> Floats | None:
     known = {
         "position": conditions.position, "direction": conditions.direction, "velocity": conditions.velocity,
         "acceleration": conditions.acceleration, "time": conditions.time_s, "run": conditions.run,
-        "since_reversal": conditions.since_reversal, "load": conditions.load, "pressure": conditions.pressure_hpa,
+        "since_reversal": conditions.since_reversal, "load": conditions.load,
+        "spindle": conditions.spindle_rpm, "pressure": conditions.pressure_hpa,
         "humidity": conditions.humidity_percent,
     }  # fmt: skip
     found = known[name] if name in known else conditions.others.get(name)
@@ -64,7 +66,7 @@ def unit_of(conditions: Conditions, name: str) -> str:
     place = conditions.position_unit
     known = {
         "position": place, "since_reversal": place, "velocity": f"{place}/s", "acceleration": f"{place}/s^2",
-        "time": "s", "pressure": "hPa", "humidity": "%", **dict.fromkeys(PHASES, place),
+        "time": "s", "spindle": "rpm", "pressure": "hPa", "humidity": "%", **dict.fromkeys(PHASES, place),
     }  # fmt: skip
     return "degC" if name.startswith("temperature") else known.get(name, "")
 

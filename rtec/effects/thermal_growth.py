@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
+from rtec.effects._heat import AT_HEAT_RPM, SPINDLE, FollowsHeat, HeatShape, heats_of, rise_of, unchanging
 from rtec.effects.conditions import Conditions, Floats, no_spread
 from rtec.effects.protocol import Amplitude, Card, Per, Quantity, Shape, Units, own_shape, parameter
 
@@ -26,7 +26,7 @@ class ThermalGrowth(FollowsHeat):
     -----
     ``deviation = expansion * (position - fixed point) * (temperature - reference temperature)``; steel grows by 11 to
     12 um/m/K. The fixed point is position zero, or where the readings put it. What grows may lag behind the sensor,
-    and several parts may follow a sensor each.
+    and a model may hold several of these terms, as of `ThermalShift`.
 
     Examples
     --------
@@ -57,14 +57,13 @@ class ThermalGrowth(FollowsHeat):
     )
 
     def untestable(self, conditions: Conditions) -> str | None:
-        if not conditions.temperatures:
+        if not heats_of(conditions):
             return unchanging(conditions)
         return no_spread(conditions) or unchanging(conditions)
 
     def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        """Return the shape at once and with lags, fixed at zero and elsewhere."""
-        own = GrowthShape(own_shape(shape, HeatShape).sensor)
-        return [replace(one, elsewhere=away) for one in with_lags(conditions, own) for away in (False, True)]
+        """Return the shape fixed at zero and elsewhere."""
+        return [replace(own_shape(shape, GrowthShape), elsewhere=away) for away in (False, True)]
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         """Return position times the rise of temperature, beside the rise where the fixed point is free."""
@@ -74,11 +73,17 @@ class ThermalGrowth(FollowsHeat):
         return np.column_stack(columns)
 
     def amplitudes(self, shape: Shape, units: Units) -> tuple[Amplitude, ...]:
-        """Return the coefficient of expansion, in um/m/K (arcsec/deg/K on a rotary axis), and the shift at zero."""
-        unit, factor = units.per(Per.LENGTH)
-        expansion = Amplitude("expansion", f"{unit}/K", factor)
-        at_zero = Amplitude("at_zero", *units.per(Per.KELVIN))
-        return (expansion, at_zero) if own_shape(shape, GrowthShape).elsewhere else (expansion,)
+        """Return the coefficient of expansion, in um/m/K (arcsec/deg/K on a rotary axis), and the shift at zero.
+
+        Where the heat of a spindle is followed, both are those of 1000 rev/min.
+        """
+        own, (unit, factor) = own_shape(shape, GrowthShape), units.per(Per.LENGTH)
+        if own.sensor == SPINDLE:
+            expansion, at_zero = Amplitude(AT_HEAT_RPM, unit, factor), Amplitude("at_zero", *units.shown)
+        else:
+            expansion = Amplitude("expansion", f"{unit}/K", factor)
+            at_zero = Amplitude("at_zero", *units.per(Per.KELVIN))
+        return (expansion, at_zero) if own.elsewhere else (expansion,)
 
     def summary(self, shape: Shape, amplitudes: Sequence[float], units: Units) -> tuple[tuple[str, float, str], ...]:
         """Return lag, where there is one, and expansion; the fixed point where it is free."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging, with_lags
+from rtec.effects._heat import FollowsHeat, HeatShape, rise_of, unchanging
 from rtec.effects.conditions import Conditions, Floats
 from rtec.effects.protocol import Card, Per, Shape, own_shape
 
@@ -14,8 +12,9 @@ class ThermalShift(FollowsHeat):
 
     Notes
     -----
-    ``deviation = shift * (temperature - reference temperature)``. What grows may lag behind the sensor, and several
-    parts may follow a sensor each.
+    ``deviation = shift * (temperature - reference temperature)``, or ``at_1000_rpm * (speed / 1000 rpm) ** (5 / 3)``
+    where the heat of the spindle is followed. What grows may lag behind the sensor. A model holds several of these
+    terms: parts follow a sensor each, and two of them may follow the same one with different lags.
 
     Examples
     --------
@@ -47,9 +46,6 @@ class ThermalShift(FollowsHeat):
         invariant_to="position, direction, feed and order of the readings.",
         source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3.",
     )
-
-    def variants(self, conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-        return with_lags(conditions, HeatShape(own_shape(shape, HeatShape).sensor))
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:
         own = own_shape(shape, HeatShape)

@@ -15,8 +15,10 @@ from rtec.inference.evidence import SCALES
 from rtec.inference.scored import Judge, Scored
 from rtec.inference.space import blocks_of
 
-HELD_OUT_BY = "stretch"
-"""What is held out together: a section of one pass."""
+STRETCH, BLOCK = "stretch", "block"
+"""What is held out together: a section of one pass, or a block of the data where they have blocks."""
+MOST_BLOCKS = 30
+"""Of more blocks, several are held out at a time."""
 FOLDS = 8
 SECTIONS = 8
 """Of the positions, or of the time where there are none; of a single pass twice as many."""
@@ -49,13 +51,21 @@ def passes_of(dataset: Dataset) -> NDArray[np.int64]:
     return passages(c.run, way)
 
 
+def held_out_by(dataset: Dataset) -> str:
+    """Return what of a data set is held out together, by its name."""
+    return STRETCH if dataset.block is None or np.ptp(dataset.block) == 0 else BLOCK
+
+
 def board_of(dataset: Dataset) -> Board:
-    """Return the chessboard of a data set: pass by section of position.
+    """Return the chessboard of a data set, pass by section of position; or its blocks, one by one.
 
     Cells of fewer readings than a fortieth of a pass do not occur: a log that turns round often has its passes put
     together, a tenth of the rows each.
     """
     c = dataset.coordinates
+    if dataset.block is not None and held_out_by(dataset) == BLOCK:
+        cell = np.unique(dataset.block, return_inverse=True)[1].astype(np.int64)
+        return Board(cell=cell, fold=cell % MOST_BLOCKS)
     passage = passes_of(dataset)
     most = 4 * FOLDS
     if passage[-1] + 1 > most:
@@ -70,6 +80,18 @@ def board_of(dataset: Dataset) -> Board:
     fold = (section + KNIGHT * passage) % FOLDS
     cell = np.unique(passage * SECTIONS + section, return_inverse=True)[1]
     return Board(cell=cell.astype(np.int64), fold=fold.astype(np.int64))
+
+
+def row_by_row(judge: Judge, model: Scored) -> float | None:
+    """Return the RMS of readings held out as if neighbours told nothing of each other; None without blocks.
+
+    It is what others publish, and says little about another duty cycle.
+    """
+    dataset = judge.space.dataset
+    if held_out_by(dataset) != BLOCK:
+        return None
+    row = np.arange(dataset.rows) % FOLDS
+    return dataset.rms(held_out_residual(judge, model, Board(cell=row, fold=row)))
 
 
 def held_out_residual(judge: Judge, model: Scored, board: Board) -> Floats:

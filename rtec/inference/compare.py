@@ -12,7 +12,7 @@ from rtec.dataset.repeats import place_numbers
 from rtec.dataset.standstill import Ints
 from rtec.effects import Conditions, Floats
 from rtec.errors import ArgumentError
-from rtec.inference.chessboard import HELD_OUT_BY, board_of, held_out_residual
+from rtec.inference.chessboard import board_of, held_out_by, held_out_residual, row_by_row
 from rtec.inference.fit import fit_model, opened_model, residual_of
 from rtec.inference.model import Model
 from rtec.inference.noise import noise_floor
@@ -74,7 +74,9 @@ class Comparison:
     rms_heldout: float
     """Root mean square of the residual, and of that of readings that took no part in the fit."""
     heldout_by: str
-    """What was held out: a ``stretch`` at a time, or the name of the other file."""
+    """What was held out: a ``stretch`` or a ``block`` at a time, or the name of the other file."""
+    rms_heldout_rows: float | None
+    """The same with single rows held out; None where there are no blocks, or nothing was fitted."""
     noise: NoiseFloor
     """Noise of one reading."""
     where: tuple[Where, ...]
@@ -109,7 +111,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
     judge = Judge(Space(dataset))
     residual = dataset.observed - fitted.predict(dataset)
     if heldout is None:
-        rms_heldout, by = blocked_rms(dataset, start), HELD_OUT_BY
+        rms_heldout, by = blocked_rms(dataset, start), held_out_by(dataset)
     else:
         rms_heldout, by = heldout.rms(heldout.observed - fitted.predict(heldout)), heldout.source
     return Comparison(
@@ -121,6 +123,7 @@ def compare(dataset: Dataset, model: Model | None = None, heldout: Dataset | Non
         rms=dataset.rms(residual),
         rms_heldout=rms_heldout,
         heldout_by=by,
+        rms_heldout_rows=None if heldout is not None else _rms_row_by_row(dataset, start),
         noise=noise_floor(judge, judge.score(())),
         where=residual_by(dataset, residual),
     )
@@ -135,6 +138,11 @@ def blocked_rms(dataset: Dataset, model: Model) -> float:
     if opened is None:
         return dataset.rms(residual_of(dataset, model))
     return dataset.rms(held_out_residual(opened.judge, opened.scored, board_of(dataset)))
+
+
+def _rms_row_by_row(dataset: Dataset, model: Model) -> float | None:
+    opened = opened_model(dataset, model)
+    return None if opened is None else row_by_row(opened.judge, opened.scored)
 
 
 def check_model(model: Model, dataset: Dataset) -> None:
@@ -184,7 +192,7 @@ def residual_by(dataset: Dataset, residual: Floats) -> tuple[Where, ...]:
     """
     c = dataset.coordinates
     changing, kept = _between_repeats(residual, dataset.cell)
-    slow = {"time", "row order", *c.temperatures} if dataset.has_repeats else set()
+    slow = {"time", "row order", "spindle speed", *c.temperatures} if dataset.has_repeats else set()
     found = []
     for quantity, unit, values, labels in _quantities(dataset, c):
         bins = int(labels.max()) + 1
@@ -212,6 +220,7 @@ def _quantities(dataset: Dataset, c: Conditions) -> Iterator[tuple[str, str, Flo
         ("velocity", f"{c.position_unit}/s", c.velocity),
         ("acceleration", f"{c.position_unit}/s^2", c.acceleration),
         ("distance since reversal", c.position_unit, c.since_reversal),
+        ("spindle speed", "rpm", c.spindle_rpm),
         *((name, "degC", heat) for name, heat in c.temperatures.items()),
         *((name, "", column) for name, column in dataset.unknown),
     ):

@@ -163,6 +163,17 @@ def _confirmed(found: Finding) -> Finding:
         best = rest
 
 
+def with_step_before(first: Diagnosis, then: Diagnosis) -> Diagnosis:
+    """Return the diagnosis of an addition that went on where another ended, with the steps of both."""
+    return replace(
+        then,
+        start=first.start,
+        steps=(*first.steps, *then.steps),
+        rms_before=first.rms_before,
+        rms_heldout_before=first.rms_heldout_before,
+    )
+
+
 def nothing_testable(search: Search, begun: Model) -> Diagnosis:
     """Return the diagnosis of data that can show nothing at all."""
     dataset, judge = search.space.dataset, search.judge

@@ -178,6 +178,7 @@ def separating_plan(space: Space) -> Conditions | None:
         temperatures=MappingProxyType({
             name: float(heat.min()) + course * float(np.ptp(heat)) for name, heat in c.temperatures.items()
         }),
+        spindle_rpm=None if c.spindle_rpm is None else course * float(c.spindle_rpm.max()),
         pressure_hpa=None if c.pressure_hpa is None else float(c.pressure_hpa.mean()) + _OTHER_HPA[run - 1],
         humidity_percent=None if c.humidity_percent is None else np.full(rows, float(c.humidity_percent.mean())),
         reference_temperature_degc=c.reference_temperature_degc,

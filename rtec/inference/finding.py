@@ -213,15 +213,24 @@ def offset_of(found: Finding) -> Offset | None:
     model = judge.score(found.model.choices)
     fit = judge.fit(model)
     best = model.colours[0][1]
-    # of all noises that the readings leave possible the one that hides a constant best
+    # of all noises that the readings leave possible the one that hides a constant best; what wanders more slowly than
+    # any of them is larger than its steps say
+    least = float(np.mean(judge.left(model) ** 2))
     error = max(
-        float(np.sqrt(judge.fit(model, colour).variance / (judge.space.view(colour).whitening.of(ones) ** 2).sum()))
+        float(
+            np.sqrt(
+                max(judge.fit(model, colour).variance, least)
+                / (judge.space.view(colour).whitening.of(ones) ** 2).sum()
+            )
+        )
         for colour, likelihood in model.colours
         if likelihood > best - EQUAL
     )
     reach = sum(float(np.ptp(fit.contribution(k))) for k in range(len(fit.parts)))
     _, datum = fitted_terms(judge, found.model)
     beyond = max(abs(float(dataset.observed.mean())) - reach, 0.0)
+    if dataset.coordinates.time_is_coordinate:  # what began at zero is no constant
+        beyond = min(beyond, abs(float(dataset.observed[0])))
     p = float(min(1.0, 2.0 * stdtr(dataset.rows - 1, -beyond / max(error, 1e-300)) * len(judge.space.library)))
     if p >= BEYOND_DOUBT:
         return None

@@ -47,6 +47,8 @@ UNBENT = 1e-20
 """Share of a curve's mean square that may be left of a straight line."""
 FAR = 2.0
 """Spans beyond the axis from which on a fixed point is none: what moves alike everywhere is a shift."""
+MOST_LAGS, LAGS_APART = 2, 3.0
+"""Terms that may follow one sensor, as a housing and the spindle within do, and the ratio of their lags at least."""
 TRANSIENT = 1 / 20
 """Of a log in motion: what dies out in less is the transient of its start, no heat."""
 GRADUAL = 0.02
@@ -233,9 +235,11 @@ def _beside_its_rival(other: str, amplitudes: Floats, others: Mapping[str, Float
 
 
 def _sensor_taken(conditions: Conditions, shape: Shape, others: Sequence[Shape], finest: float) -> str | None:
-    sensor = own_shape(shape, HeatShape).sensor
-    taken = any(own_shape(other, HeatShape).sensor == sensor for other in others)
-    return f"{sensor} is followed already" if taken else None
+    own = own_shape(shape, HeatShape)
+    lags = [theirs.lag for other in others if (theirs := own_shape(other, HeatShape)).sensor == own.sensor]
+    if len(lags) >= MOST_LAGS or any(max(lag, own.lag) <= LAGS_APART * min(lag, own.lag) for lag in lags):
+        return f"{own.sensor} is followed already"
+    return None
 
 
 def _no_growth(conditions: Conditions, shape: Shape, amplitudes: Floats) -> str | None:

@@ -34,7 +34,7 @@ from rtec.inference.candidates import (
     proposed_beside,
     settling,
 )
-from rtec.inference.chessboard import HELD_OUT_BY
+from rtec.inference.chessboard import held_out_by, row_by_row
 from rtec.inference.completeness import (
     OUTSIDE,
     OUTSIDE_WITH_SIGNS,
@@ -134,7 +134,8 @@ def judged(found: Finding) -> Diagnosis:
         rms_before=dataset.rms(residual_of(dataset, found.begun)),
         rms_after=found.rms_left(ordered[-1]),
         rms_heldout=found.rms_heldout(ordered[-1]),
-        heldout_by=HELD_OUT_BY if found.heldout is None else found.heldout.source,
+        heldout_by=held_out_by(dataset) if found.heldout is None else found.heldout.source,
+        rms_heldout_rows=row_by_row(judge, ordered[-1]) if found.heldout is None else None,
         not_testable=tuple(not_testable.items()),
         minimum_detectable=tuple(minimum.items()),
         lack_of_fit=() if p_means is None else ((_COMPARED[dataset.has_repeats], p_means),),

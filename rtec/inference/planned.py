@@ -41,6 +41,7 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
     if c.load is not None:
         in_turn = np.resize(plan.loads_kg, plan.runs)[run - 1] if plan.loads_kg else None
         load = _between(c.load, (run - 1) / max(plan.runs - 1, 1)) if in_turn is None else in_turn
+    spindle = None if c.spindle_rpm is None else _between(c.spindle_rpm, share)
     air = None if c.pressure_hpa is None else _between(c.pressure_hpa, share)
     return Conditions(
         position=position,
@@ -52,6 +53,7 @@ def planned_conditions(plan: ExperimentPlan, dataset: Dataset) -> Conditions:
         acceleration=acceleration if c.acceleration is not None else None,
         since_reversal=distance_since_reversal(position, direction, run, moving=plan.in_motion),
         temperatures=MappingProxyType({name: _between(heat, share) for name, heat in c.temperatures.items()}),
+        spindle_rpm=spindle,
         pressure_hpa=air,
         humidity_percent=None if c.humidity_percent is None else _between(c.humidity_percent, share),
         load=load,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
 from rtec.effects import Effect, Floats, Observable, Shape, Units, effect_named
-from rtec.effects._heat import LEAST_CHANGE_K
+from rtec.effects._heat import LEAST_CHANGE_K, heats_of
 from rtec.effects._smooth import smooth_columns
 from rtec.effects.conditions import Conditions, heading_name
 from rtec.effects.protocol import Amplitude
@@ -75,8 +75,8 @@ def probes_of(dataset: Dataset) -> tuple[Probe, ...]:
     """
     c = dataset.coordinates
     found = []
-    # a deviation that follows a temperature has a name: thermal_shift
-    heats = c.temperatures if dataset.observable is Observable.DRIVE else {}
+    # a deviation that follows a temperature or the heat of a spindle has a name: thermal_shift
+    heats = heats_of(c) if dataset.observable is Observable.DRIVE else {}
     used = {name for effect in dataset.library for name in effect.other_columns}
     unknown = (item for item in dataset.unknown if heading_name(item[0]) not in used)
     finite = [(heading, values) for heading, values in unknown if np.isfinite(values).all()]

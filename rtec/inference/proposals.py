@@ -250,13 +250,17 @@ def is_within_a_step(conditions: Conditions, shape: Shape) -> bool:
 
 
 def peaks(space: Space, effect: Effect, back: Beside, colour: Colour) -> list[Shape]:
-    """Return the shapes of the scan grid that explain more than their neighbours, the best first."""
+    """Return the shapes of the scan grid that explain more than their neighbours, the best first.
+
+    Shapes of which different things are said, as of two sensors, are no neighbours.
+    """
     shapes, sound = space.shapes(effect)
     fall = np.concatenate([falls_of_scan(space, scan, back, colour) for scan in space.scan(effect, shapes, colour)])
     fall[~sound] = 0.0
     peak = np.ones(fall.size, dtype=np.bool_)
-    peak[1:] &= fall[1:] >= fall[:-1]
-    peak[:-1] &= fall[:-1] > fall[1:]
+    apart = np.array([one.said_of_it != other.said_of_it for one, other in itertools.pairwise(shapes)], np.bool_)
+    peak[1:] &= (fall[1:] >= fall[:-1]) | apart
+    peak[:-1] &= (fall[:-1] > fall[1:]) | apart
     order = np.flatnonzero(peak & (fall > 0.0))
     return [shapes[k] for k in order[np.argsort(-fall[order])]]
 

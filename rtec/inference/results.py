@@ -194,7 +194,9 @@ class Diagnosis:
     rms_after: float
     rms_heldout: float
     heldout_by: str = ""
-    """What was held out: a ``stretch`` at a time, or the name of the other file."""
+    """What was held out: a ``stretch`` or a ``block`` at a time, or the name of the other file."""
+    rms_heldout_rows: float | None = None
+    """The same as ``rms_heldout`` with single rows held out, where the data have blocks."""
     not_testable: tuple[tuple[str, str], ...] = ()
     minimum_detectable: tuple[tuple[str, float], ...] = ()
     """RMS contribution of each effect that would be found nine times out of ten, in the observed unit inside."""

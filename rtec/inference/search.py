@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from rtec.effects import Shape
+from rtec.effects import Effect, Shape
+from rtec.effects._heat import FollowsHeat
+from rtec.inference.block_choice import chosen_by_blocks
+from rtec.inference.chessboard import BLOCK, held_out_by
 from rtec.inference.exchanges import HOPELESS, OUT_OF_REACH, Exchanges
 from rtec.inference.forms import forms_of
 from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, Gate, generic
 from rtec.inference.probes import Probe, changing
-from rtec.inference.proposals import MOST_EFFECTS, Neighbours, is_within_a_step
+from rtec.inference.proposals import MOST_EFFECTS, Neighbours, bearable, is_within_a_step
 from rtec.inference.rules import WORTH
 from rtec.inference.scored import Judge, Scored, best_of_names
 from rtec.inference.space import Choice
@@ -130,7 +133,7 @@ class Search:
         """Return the models one effect larger, and those without what the new one makes idle; best first."""
         grown: dict[object, Scored] = {}
         for model in beam:
-            for child in (*self.neighbours.children(model), *self.neighbours.pairs(model)):
+            for child in (*self.neighbours.children(model), *self.neighbours.pairs(model), *self.heated(model)):
                 grown[child.key] = child
                 if child.score <= model.score:
                     continue
@@ -144,6 +147,35 @@ class Search:
                     if less.score > child.score:
                         grown[less.key] = less
         return sorted(grown.values(), key=lambda model: -model.score)
+
+    def heated(self, model: Scored) -> list[Scored]:
+        """Return models in which what heat does follows the sensors that best foretell blocks left out.
+
+        What several sensors explain is one question: two that only help together are found together.
+        """
+        heats = [e for e in self.space.library if isinstance(e, FollowsHeat)]
+        by_blocks = held_out_by(self.space.dataset) == BLOCK
+        return [one for effect in heats if by_blocks for one in self._followed(model, effect)]
+
+    def _followed(self, model: Scored, effect: Effect) -> Iterator[Scored]:
+        """Yield a model with one sensor more each time in the place of what it has of an effect of heat."""
+        data = self.space.dataset
+        others = [choice for choice in model.choices if choice[0] is not effect or choice in self.given]
+        held, shapes = [shape for other, shape in others if other is effect], self.space.shapes(effect)[0]
+
+        def stands(taken: Sequence[int], new: int) -> bool:
+            return bearable(data.conditions, effect, shapes[new], [*held, *(shapes[i] for i in taken)])
+
+        chosen = chosen_by_blocks(
+            np.vstack([np.ones((1, data.rows)), *(p.raw * p.unit for p in self.space.parts_of(others))]),
+            np.vstack([self.space.part_of((effect, shape)).raw[:1] for shape in shapes]),
+            data.observed,
+            self.gate.board.fold,
+            forms_of(effect).at_most - len(held),
+            stands,
+        )
+        for count in range(1, len(chosen) + 1):
+            yield self.judge.score([*others, *((effect, shapes[i]) for i in chosen[:count])], model)
 
     def _sorted_out(
         self, ranked: Sequence[Scored], best: Mapping[bool, Scored], *, first: bool

@@ -1,5 +1,7 @@
 """From a model of effects to a predictor: what of it depends on position and direction, as a table on a fine grid.
 
+What follows the heat of the machine is in it as it is on a machine of a stated warmth, and never left out unasked.
+
 A file holds either of the two: a trained predictor, or a model of effects.
 """
 
@@ -11,11 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from rtec.dataset.dataset import Dataset
 from rtec.effects import LIBRARY, Conditions, Floats, Library, Units
 from rtec.effects.own import FunctionEffect
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model
 from rtec.inference.model_file import read_model
+from rtec.inference.warmth import Warmth, check_warmth, heat_terms, mean_warmth
 from rtec.io import read_toml
 from rtec.predictors import (
     FORWARD,
@@ -44,7 +48,9 @@ class LeftOut:
     why: str
 
 
-def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floats, tuple[LeftOut, ...]]:
+def static_part(
+    model: Model, position_mm: Floats, direction: int, warmth: Warmth | None = None
+) -> tuple[Floats, tuple[LeftOut, ...]]:
     """Return the part of a model that depends on position and direction, its datum included.
 
     Parameters
@@ -55,6 +61,8 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
         Shape (n,), in mm.
     direction
         +1 forward or -1 reverse: every position counts as approached from far, so that a windup is built up.
+    warmth
+        Of the machine; a model with effects of heat needs it.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
     Raises
     ------
     ArgumentError
-        A model of something else, or an effect without numbers.
+        A model of something else, an effect without numbers, or one of heat where the warmth is not known.
 
     Examples
     --------
@@ -78,6 +86,7 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
     ([0.009, 0.009], 'drift')
     """
     check_of_positions(model)
+    check_warmth(model, warmth)
     conditions = Conditions(
         position=position_mm,
         position_unit="mm",
@@ -87,7 +96,11 @@ def static_part(model: Model, position_mm: Floats, direction: int) -> tuple[Floa
     )
     total = np.full(position_mm.size, model.datum)
     left_out = []
+    of_heat = heat_terms(model)
     for term in model.terms:
+        if term in of_heat and warmth is not None:
+            total += warmth.contribution(term, conditions)
+            continue
         if term.effect.in_time:
             left_out.append(LeftOut(effect=term.name, why="it changes with time or temperature"))
             continue
@@ -126,12 +139,14 @@ def check_of_positions(model: Model) -> None:
             raise ArgumentError("model", f"{term.name} without numbers", "a fitted model", hint)
 
 
-def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
+def predictor_of_model(
+    model: Model, low_mm: float, high_mm: float, warmth: Warmth | None = None
+) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
     """Return the table of what a model predicts in both directions, and what had to be left out of it.
 
     Parameters
     ----------
-    model
+    model, warmth
         As for ``static_part``.
     low_mm, high_mm
         Range of the table; beyond it, the error of its nearest end is held.
@@ -139,8 +154,8 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     Returns
     -------
     table, left out
-        The predictor, and the effects that are not in it: those that change with time, temperature or speed, and
-        waves so short that the grid could not follow them.
+        The predictor, and the effects that are not in it: those that change with time or speed, and waves so short
+        that the grid could not follow them.
 
     Raises
     ------
@@ -164,10 +179,10 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     points = min(max(round(span / shortest * POINTS_A_WAVE), FEWEST_POINTS), MOST_POINTS)
     kept = model.with_terms(term for term in model.terms if term not in fine)
     own = kept.with_terms(term for term in kept.terms if isinstance(term.effect, FunctionEffect))
-    while (off_mm := _off_between(own, low_mm, high_mm, points)) > 0.0 and 2 * points <= MOST_POINTS:
+    while (off_mm := _off_between(own, low_mm, high_mm, points, warmth)) > 0.0 and 2 * points <= MOST_POINTS:
         points *= 2
     grid = np.linspace(low_mm, high_mm, points + 1)
-    (forward_mm, left_out), (reverse_mm, _) = (static_part(kept, grid, way) for way in (FORWARD, REVERSE))
+    (forward_mm, left_out), (reverse_mm, _) = (static_part(kept, grid, way, warmth) for way in (FORWARD, REVERSE))
     table = BidirectionalTable.on_grid(grid, forward_mm, reverse_mm)
     if off_mm > 0.0:
         why = f"it changes faster than a table can follow, which is off by {1e3 * off_mm:.3g} µm at most"
@@ -176,14 +191,32 @@ def predictor_of_model(model: Model, low_mm: float, high_mm: float) -> tuple[Bid
     return table, (*left_out, *too_fine)
 
 
-def _off_between(own: Model, low_mm: float, high_mm: float, points: int) -> float:
+def _off_between(own: Model, low_mm: float, high_mm: float, points: int, warmth: Warmth | None) -> float:
     """Return how far straight lines between places are from somebody's functions; 0 where that is not seen."""
     worst = 0.0
     for way in (FORWARD, REVERSE) if own.terms else ():
-        fine = static_part(own, np.linspace(low_mm, high_mm, 2 * points + 1), way)[0]
+        fine = static_part(own, np.linspace(low_mm, high_mm, 2 * points + 1), way, warmth)[0]
         off = float(np.abs(fine[1::2] - (fine[:-1:2] + fine[2::2]) / 2.0).max())
         worst = max(worst, off if off > UNSEEN * float(np.ptp(fine)) else 0.0)
     return worst
+
+
+def predictor_at_mean(
+    model: Model, low_mm: float, high_mm: float, dataset: Dataset
+) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
+    """Return the table of a model at the mean warmth of the readings that it was found in, as `predictor_of_model`.
+
+    Of an effect of heat, what is left out is how it differs from that: by how much is said.
+    """
+    warmth = mean_warmth(model, dataset)
+    table, left_out = predictor_of_model(model, low_mm, high_mm, warmth)
+    changes = []
+    for term in heat_terms(model):
+        changes_mm = term.contribution(dataset.conditions) - warmth.contribution(term, dataset.conditions)
+        rms_mm = float(np.sqrt(np.mean(changes_mm**2)))
+        why = f"only its mean is in the table; over the readings it changes by {1e3 * rms_mm:.3g} µm RMS"
+        changes.append(LeftOut(effect=term.name, why=why))
+    return table, (*left_out, *changes)
 
 
 def axis_of_file(path: Path) -> int | None:
@@ -221,7 +254,8 @@ def predictor_of_file(
     Raises
     ------
     RtecError
-        A file that cannot be read, a model that predicts no deviation, or caution with a file that has no interval.
+        A file that cannot be read, a model that predicts no deviation or follows the heat of the machine, or caution
+        with a file that has no interval.
     """
     left_out: tuple[LeftOut, ...] = ()
     if is_predictor_file(path):
@@ -230,6 +264,10 @@ def predictor_of_file(
     else:
         clock = read_toml(path).get("clock")
         model = read_model(path, Units("mm", "mm", clock if isinstance(clock, str) else "s"), library)
+        if of_heat := heat_terms(model):
+            found = f"a model with {of_heat[0].name}, which follows the heat of the machine"
+            allowed = f"a table for one warmth: rtec export {path.name} --csv, with --temperature or --at"
+            raise ArgumentError(str(path), found, allowed)
         predictor, left_out = predictor_of_model(model, *_known_mm(model, low_mm, high_mm))
         interval_mm = math.inf if model.interval is None else model.interval
     if not cautious:

@@ -242,5 +242,7 @@ def _axis_document(axis: int, view: PcView) -> dict[str, object]:
         "requested": view.requested,
         "accepted": view.accepted,
         "completed": view.completed,
+        "outside_s": view.outside_s,
+        "outside_input": view.outside_input,
         **asdict(view.counters),
     }

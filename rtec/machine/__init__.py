@@ -7,7 +7,6 @@ if TYPE_CHECKING:
     from rtec.machine.closed_loop import (
         TRACE_COLUMNS,
         Ending,
-        Growth,
         LoopResult,
         Machine,
         readings_of,
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = [
     "TRACE_COLUMNS",
     "Ending",
-    "Growth",
     "Laser",
     "LoopResult",
     "Machine",

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, kernel, step
+from rtec.heat._heat_kernels import read_heat
 from rtec.link._bus_kernels import BUS, LAST_OF_BUS, bus_next, bus_reset, bus_step, bus_submit, fire, is_off
 from rtec.link._frame_kernels import AXIS_BITS, EXPECTED, HOLD, REQUEST
 from rtec.machine._fault_kernels import (
@@ -25,19 +26,17 @@ from rtec.machine._fault_kernels import (
     note_effects,
 )
 from rtec.machine._station_kernels import is_held
-from rtec.predictors._kernels import AXES
+from rtec.predictors._kernels import AXES, SAID
 from rtec.requester._box_kernels import RUNNING
 from rtec.requester._box_node_kernels import box_receive
 from rtec.requester._pc_kernels import HOLD as HOLDING
 from rtec.requester._pc_node_kernels import BUS_OFF, OTHER_AXIS, pc_hold, pc_node_start, pc_receive
 from rtec.requester._pc_turn_kernels import pc_predict, pc_prepare
-from rtec.requester._thermometer_kernels import THERMOMETERS, read_thermometers
 from rtec.signal._kernels import NEVER
 
 CELL = np.dtype(
     [
         ("bus", BUS),
-        ("thermometers", THERMOMETERS),
         ("now_ps", np.int64),
         ("pc_runs", np.int64),
         ("pc_offset_ps", np.int64),  # of the PC's clock
@@ -91,7 +90,7 @@ def turn_pc(
     t_ps: int,
     models: Any,
 ) -> None:
-    """Let the PC take its turn for axis ``i + 1``, by the model of that axis."""
+    """Let the PC take its turn for axis ``i + 1``, by the model of that axis and what its thermometers say."""
     n = pcs[i]
     pc_ps = t_ps + c.pc_offset_ps
     if is_off(faults, PC_PLACE, t_ps):
@@ -101,8 +100,9 @@ def turn_pc(
             other = pcs[j]
             known = other.has_position == 1 and other.valid == 1
             n.pc.sensors[AXES + j] = other.pc.home_mm + other.position * other.pc.count_mm if known else math.nan
-        read_thermometers(c.thermometers, t_ps, n.pc.sensors)
-        pc_predict(n, pc_ps, models[i])
+        model, heat = models[i]
+        read_heat(heat, t_ps, model[SAID])
+        pc_predict(n, pc_ps, model)
         late = abs(n.pc.target - stations[i].injector.completed)
         c.late_steps[i] = max(c.late_steps[i], late)
     for k in range(n.out.waiting):
@@ -171,7 +171,8 @@ def run(  # noqa: C901 - the order of events in a cell is one table
 ) -> None:
     """Run the cell to ``until_ps``; ``axes``, ``boxes`` and ``steps`` as in `rtec.machine._station_kernels`.
 
-    ``models`` are the PC's models of as many axes as a cell may have, so that it is compiled once for all cells.
+    ``models`` are the PC's model and the course of heat of as many axes as a cell may have, so that it is compiled
+    once for all cells.
     """
     advance, change_fault = steps
     stations = axes[0]

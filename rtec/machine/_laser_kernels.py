@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, step
+from rtec.heat._heat_kernels import grown_mm
 from rtec.predictors._kernels import error_at
 from rtec.signal._kernels import NEVER
-from rtec.units._time_kernels import PS_PER_S
 
 PLAY = np.dtype(
     [
-        ("y_mm", np.float64),  # true position
-        ("growth_mm", np.float64),  # thermal growth reached in the end, and its time constant
-        ("growth_tau_s", np.float64),
+        ("y_mm", np.float64),  # true position without heat
     ],
     align=True,
 )
@@ -38,17 +35,9 @@ READER = np.dtype(
 
 
 @step
-def grown_mm(play: Record, t_ps: int) -> float:
-    """Return the thermal growth at ``t_ps``: a first-order approach."""
-    if play.growth_mm == 0.0:
-        return 0.0
-    return play.growth_mm * (1.0 - math.exp(-t_ps / PS_PER_S / play.growth_tau_s))
-
-
-@step
-def true_mm(m: Record, t_ps: int) -> float:
-    """Return where the slide stands at ``t_ps``, behind play, growth and what gives way beyond the encoder."""
-    return float(m.play.y_mm + grown_mm(m.play, t_ps) + m.servo.beyond_mm)
+def true_mm(m: Record, t_ps: int, heat: Any) -> float:
+    """Return where the slide stands at ``t_ps``, behind play, heat and what gives way beyond the encoder."""
+    return float(m.play.y_mm + grown_mm(heat, t_ps, m.servo.x * m.servo.count_mm) + m.servo.beyond_mm)
 
 
 @step
@@ -61,7 +50,7 @@ def follow_play(m: Record, error: Any) -> None:
 
 
 @step
-def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
+def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any, heat: Any) -> bool:
     """Return whether the axis is within the laser's window about the next target.
 
     By the controller's position, which arrives whatever the error, or by the true one, where a table of the
@@ -73,22 +62,25 @@ def near_target(m: Record, targets_mm: NDArray[np.float64], error: Any) -> bool:
     if abs(m.servo.command * m.servo.count_mm - target_mm) > m.reader.window_mm:
         return False
     follow_play(m, error)
-    return abs(true_mm(m, m.servo.now_ps) - target_mm) <= m.reader.window_mm
+    return abs(true_mm(m, m.servo.now_ps, heat) - target_mm) <= m.reader.window_mm
 
 
 @step
-def read_laser(m: Record, ticks: int, laser: Any, error: Any) -> None:
-    """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves."""
+def read_laser(m: Record, ticks: int, laser: Any, error: Any, heat: Any) -> None:
+    """Let the laser system look at the axis for ``ticks`` servo ticks from now on, during which nothing moves.
+
+    Heat that goes on a straight line meanwhile is seen as in their middle.
+    """
     targets_mm, begins_ps, ends_ps, readings_mm = laser
     r = m.reader
     t_ps = m.servo.now_ps
     if r.next >= targets_mm.size or t_ps < begins_ps[r.next]:
         return
-    if r.begun_ps == NEVER and near_target(m, targets_mm, error):
+    if r.begun_ps == NEVER and near_target(m, targets_mm, error, heat):
         r.begun_ps = t_ps
     if r.begun_ps < NEVER and t_ps >= r.begun_ps + r.half_ps and t_ps < r.begun_ps + r.full_ps:
         follow_play(m, error)
-        seen_mm = true_mm(m, t_ps)
+        seen_mm = true_mm(m, t_ps + (ticks - 1) * m.servo.period_ps // 2, heat)
         if r.weight == 0:
             r.first_mm = seen_mm
         r.sum_mm += (seen_mm - r.first_mm) * ticks

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel, step
+from rtec.heat._heat_kernels import read_heat
 from rtec.link._bus_kernels import fire
 from rtec.link._kernels import deliver, mailbox_reset
 from rtec.machine._axis_kernels import open_tick, run_tick, settle_lines
@@ -22,11 +23,20 @@ from rtec.machine._laser_kernels import PLAY, READER, follow_play, read_laser, t
 from rtec.machine._line_kernels import AXIS, fault_at_axis, stand_at_home
 from rtec.machine._rest_kernels import box_rests, carry_to, ticks_at_rest
 from rtec.machine._servo_kernels import command_at, servo_tick
-from rtec.predictors._kernels import predicted_mm
+from rtec.predictors._kernels import SAID, predicted_mm
 from rtec.requester._box_kernels import box_reset, box_tick
 from rtec.requester._box_turn_kernels import word_of
-from rtec.requester._pc_kernels import HOLD, PC, pc_read, pc_request, pc_reset, pc_start, schedule_reading, sense
-from rtec.requester._thermometer_kernels import THERMOMETERS, read_thermometers
+from rtec.requester._pc_kernels import (
+    HOLD,
+    PC,
+    fall_back,
+    pc_read,
+    pc_request,
+    pc_reset,
+    pc_start,
+    schedule_reading,
+    sense,
+)
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
@@ -38,8 +48,7 @@ MACHINE = np.dtype(
         ("play", PLAY),
         ("reader", READER),
         ("pc", PC),
-        ("thermometers", THERMOMETERS),
-        ("restless", np.int64),  # 1: the PC's prediction may change while the axis stands
+        ("restless", np.int64),  # 1: growth, or the PC's prediction, may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("fault_ps", np.int64),  # when a fault next begins or ends
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
@@ -60,7 +69,7 @@ def box_cycle(m: Record, t_ps: int) -> None:
 
 
 @step
-def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
+def pc_cycle(m: Record, box: Any, t_ps: int, model: Any, heat: Any) -> None:
     """Let the PC read the box's words and send its next request."""
     if abs(m.encoder.count) <= 1.0 + m.servo.dither:
         pc_start(m.pc, m.node.down, t_ps)  # an axis that stands elsewhere must not be taken as homed
@@ -70,9 +79,9 @@ def pc_cycle(m: Record, box: Any, t_ps: int, model: Any) -> None:
     deliver(m.node.up, t_ps)
     m.node.up.word0 = word_of(m.node, m.node.up.word0)
     if pc_read(m.pc, m.node.up, t_ps):
-        read_thermometers(m.thermometers, t_ps, m.pc.sensors)
+        read_heat(heat, t_ps, model[SAID])
         sense(m.pc, t_ps, m.node.up.delivered_ps, 1)
-        pc_request(m.pc, m.node.down, t_ps, predicted_mm(model, m.pc.sensors))
+        pc_request(m.pc, m.node.down, t_ps, fall_back(m.pc, model, predicted_mm(model, m.pc.sensors)))
 
 
 @step
@@ -102,7 +111,7 @@ def change_faults(m: Record, box: Any, faults: NDArray[np.void], t_ps: int) -> N
 
 
 @step
-def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.void]) -> None:
+def take_turn(m: Record, box: Any, t_ps: int, model: Any, heat: Any, faults: NDArray[np.void]) -> None:
     """Let box or PC take the turn that is due at ``t_ps``, or a fault begin or end."""
     m.event_ps = max(t_ps, m.event_ps)
     if m.fault_ps == t_ps:
@@ -110,7 +119,7 @@ def take_turn(m: Record, box: Any, t_ps: int, model: Any, faults: NDArray[np.voi
     elif box_turn(m, box) == t_ps:
         box_cycle(m, t_ps)
     else:
-        pc_cycle(m, box, t_ps, model)
+        pc_cycle(m, box, t_ps, model, heat)
 
 
 @kernel
@@ -126,7 +135,7 @@ def start(m: Record, box_first_ps: int, pc_first_ps: int) -> None:
 
 
 @step
-def trace_tick(m: Record, trace: Any, error: Any, plant: Any) -> None:
+def trace_tick(m: Record, trace: Any, error: Any, plant: Any, heat: Any) -> None:
     """Write down how things stand, if this tick is one of those that are kept."""
     servo = m.servo
     rows, every, used = trace
@@ -136,7 +145,7 @@ def trace_tick(m: Record, trace: Any, error: Any, plant: Any) -> None:
         row[0] = servo.now_ps / PS_PER_S
         row[1] = servo.command * servo.count_mm
         row[2] = servo.x * servo.count_mm
-        row[3] = true_mm(m, servo.now_ps)
+        row[3] = true_mm(m, servo.now_ps, heat)
         row[4] = m.receiver.count * servo.counts_per_unit * servo.count_mm
         row[5] = m.pc.target
         row[6] = m.injector.completed
@@ -165,20 +174,24 @@ def run(
     ``command`` is start and duration of each segment, and its motion: x, v, a, j in counts and seconds, shape
     (4, segments); ``laser`` the schedule of readings, as targets, when each begins and ends, and room for them.
     ``models`` are the axis' true curve, the PC's model and the controller's own table, as `rtec.predictors.binding`
-    makes them, and what the servo moves (`rtec.axis.plant`). ``trace`` is (array (n, 8 + outputs
-    of the plant), every so many ticks, [rows used]); ``box`` as of `rtec.machine._box_kernels`.
+    makes them, what the servo moves (`rtec.axis.plant`), and the course of heat (`rtec.heat._heat_kernels`).
+    ``trace`` is (array (n, 8 + outputs of the plant), every so many ticks, [rows used]); ``box`` as of
+    `rtec.machine._box_kernels`.
     """
-    error, model, own, plant = models
+    error, model, own, plant, heat = models
     servo = m.servo
+    traces = trace[0].shape[0] > 0
     m.fault_ps = next_of_faults(faults)
     while servo.now_ps < until_ps:
         speed = command_at(servo, servo.now_ps, command)
         acceleration = servo_tick(m, speed, own, plant, 0)
-        trace_tick(m, trace, error, plant)
+        trace_tick(m, trace, error, plant, heat)
         resting = servo.v == 0.0 and acceleration == 0.0
-        ticks = ticks_at_rest(m, box, laser, command, until_ps, error) if resting else 1
+        ticks = ticks_at_rest(m, box, laser, command, until_ps, error, heat) if resting else 1
+        if traces and m.restless == 1:
+            ticks = min(ticks, trace[1] - servo.ticks % trace[1])
         ticks = box_skips(m, box, resting and box_rests(m, box), ticks)
-        read_laser(m, ticks, laser, error)
+        read_laser(m, ticks, laser, error, heat)
         if ticks > 1:
             pass_ticks(m, box, ticks)
             continue
@@ -187,7 +200,7 @@ def run(
             turn_ps = next_turn(m, box)
             run_tick(m, box, turn_ps, error)
             if m.tick_open == 1:
-                take_turn(m, box, turn_ps, model, faults)
+                take_turn(m, box, turn_ps, model, heat, faults)
         if m.correcting == 1 and m.pc.state == HOLD:
             m.status = HELD
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rtec._jit import Record, helper, step
+from rtec.heat._heat_kernels import bends_ps
 from rtec.link._kernels import SLOTS
 from rtec.machine._box_kernels import box_idle, box_turn
 from rtec.machine._laser_kernels import near_target
@@ -16,7 +17,7 @@ from rtec.signal._kernels import NEVER
 
 @step
 def box_rests(m: Record, box: Any) -> bool:
-    """Return whether box and PC have nothing left to do but to repeat themselves."""
+    """Return whether box and PC do nothing but repeat themselves, at least up to the PC's next turn."""
     if not box_idle(m, box):
         return False
     if m.correcting == 0:
@@ -30,11 +31,11 @@ def box_rests(m: Record, box: Any) -> bool:
     settled = m.pc.state == ACTIVE and m.pc.sent == m.node.box.accepted and m.node.box.accepted == s.requested
     goal = min(max(m.pc.target, -m.pc.word_limit), m.pc.word_limit)
     reported = m.pc.position == m.box_count - m.node.box.zero and m.pc.completed == s.completed
-    return bool(settled and goal == m.pc.sent and reported and m.play.growth_mm == 0.0 and m.restless == 0)
+    return bool(settled and goal == m.pc.sent and reported and (m.restless == 0 or box is None))
 
 
 @step
-def ticks_at_rest(m: Record, box: Any, laser: Any, command: Any, until_ps: int, error: Any) -> int:
+def ticks_at_rest(m: Record, box: Any, laser: Any, command: Any, until_ps: int, error: Any, heat: Any) -> int:
     """Return for how many ticks from now on nothing can change; at least 1."""
     targets_mm, begins_ps, ends_ps, _ = laser
     start_ps, duration_ps, motion = command
@@ -48,16 +49,19 @@ def ticks_at_rest(m: Record, box: Any, laser: Any, command: Any, until_ps: int, 
         return 1
     # one period of margin: what is due at a boundary is computed tick by tick
     bound_ps = min(min(start_ps[i] + duration_ps[i], until_ps), m.fault_ps)
+    if m.restless == 1 and m.correcting == 1:
+        bound_ps = min(bound_ps, m.pc.next_ps)
     if r.next < begins_ps.size:
         if servo.now_ps < begins_ps[r.next]:
             bound_ps = min(bound_ps, begins_ps[r.next])
-        elif r.begun_ps == NEVER and near_target(m, targets_mm, error):
+        elif r.begun_ps == NEVER and near_target(m, targets_mm, error, heat):
             return 1  # the laser's timer starts now
         else:
             bound_ps = min(bound_ps, ends_ps[r.next])
             if r.begun_ps < NEVER:
                 half_ps = r.begun_ps + r.half_ps
                 bound_ps = min(bound_ps, half_ps if servo.now_ps < half_ps else r.begun_ps + r.full_ps)
+                bound_ps = min(bound_ps, max(bends_ps(heat, servo.now_ps), servo.now_ps + servo.period_ps))
     return max((bound_ps - servo.now_ps) // servo.period_ps, 1)
 
 

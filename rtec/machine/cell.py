@@ -11,6 +11,8 @@ from rtec._jit import new_record, prepared
 from rtec.axis.command import Moves, lines_of
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
+from rtec.heat.binding import bound_heat
+from rtec.heat.course import HeatCourse
 from rtec.link.simulated import FaultActivation, activations_of
 from rtec.machine import _cell_kernels
 from rtec.machine.axes import Axes
@@ -18,12 +20,12 @@ from rtec.machine.faults import Fault, check_apart, fault_records
 from rtec.machine.station_settings import StationSettings
 from rtec.machine.station_view import StationView
 from rtec.predictors import Model
-from rtec.predictors.binding import bound, check_axis
+from rtec.predictors._kernels import INSIDE
+from rtec.predictors.binding import bound, check_axis, heat_inputs, outside_input
 from rtec.requester import _pc_node_kernels
 from rtec.requester.settings import PcState
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
-from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
@@ -33,6 +35,7 @@ _PC_GAP_PS = 120 * US
 _BOX_FIRST_PS = 300 * US
 _BOX_GAP_PS = 3_333 * US
 _MOST_CELL_AXES = 7
+_COLD = HeatCourse()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +55,12 @@ class AxisOutcome:
     late_steps: int
     """Largest difference between what is wanted and what is inserted, at the PC's turns."""
     travel_mm: float
+    deviation_mm: float
+    """Where its slide stands, grown by heat, less where the controller takes it to be."""
+    outside_s: float
+    """For how long the PC's present model has had no answer: an input was outside its ranges."""
+    outside_input: str
+    """The first of such inputs; empty where there was none."""
 
 
 class Cell:
@@ -65,8 +74,9 @@ class Cell:
         The program of each, over and over; or lines that all follow together, once.
     predictor
         What the PC knows of the axes' errors: one model for all of them, or one for each.
-    thermometers
-        Temperatures that the PC reads.
+    heat
+        What heat does while it runs, one course for all axes or one for each: by how much the axis is displaced, and
+        what the PC's thermometers say.
     faults
         What goes wrong.
     bitrate
@@ -103,7 +113,7 @@ class Cell:
         predictor: Model | Sequence[Model],
         *,
         faults: Sequence[Fault] = (),
-        thermometers: Sequence[Thermometer] = (),
+        heat: HeatCourse | Sequence[HeatCourse] = _COLD,
         bitrate: int = 500_000,
     ) -> None:
         count = whole_within("stations", len(stations), 1, _MOST_CELL_AXES)
@@ -137,8 +147,9 @@ class Cell:
             pc.requester = 1
         bit_ps = PS_PER_S // whole_within("bitrate", bitrate, 10_000, 1_000_000, unit="bit/s")
         _cell_kernels.start(self._cell, self._pcs, bit_ps, _PC_FIRST_PS, _PC_GAP_PS)
-        self._temperatures = names_of(thermometers)
-        fill_thermometers(self._cell.thermometers, thermometers)
+        self._heat = [heat] * count if isinstance(heat, HeatCourse) else list(heat)
+        if len(self._heat) != count:
+            raise ArgumentError("heat", f"{len(self._heat)} courses", f"one for all axes, or {count}, one for each")
         self.predict_by(predictor)
 
     def run(self, *, until_ps: int) -> None:
@@ -168,9 +179,14 @@ class Cell:
             raise ArgumentError("predictor", f"{len(each)} models", f"one for all axes, or {count}, one for each")
         for axis, (pc, one) in enumerate(zip(self._pcs, each, strict=True), 1):
             check_axis(one, axis)
+            pc.pc.outside_turns, pc.pc.outside_input = 0, INSIDE
             pc.low_mm, pc.high_mm = max(one.range_mm[0], -1e9), min(one.range_mm[1], 1e9)
-        filled = [*each, *each[-1:] * (_MOST_CELL_AXES - count)]
-        self._models = tuple(bound(one, self._temperatures, axes=count) for one in filled)
+        self._predictors = each
+        models = [
+            (bound(one, heat_inputs(heat), axes=count), bound_heat(heat))
+            for one, heat in zip(each, self._heat, strict=True)
+        ]
+        self._models = (*models, *models[-1:] * (_MOST_CELL_AXES - count))
         self._parts = self._cell, *self._axes.parts, self._axes.steps, self._pcs, self._faults
         self._run = prepared(_cell_kernels.run, *self._parts, 0, self._models)
 
@@ -207,6 +223,9 @@ class Cell:
         for i, (settings, view) in enumerate(zip(self.settings, self._axes.views, strict=True)):
             state, pc = self._stations[i], self._pcs[i]
             step = settings.injector.design.step_counts
+            count_mm = settings.encoder.count_mm
+            position_mm = view.position * count_mm
+            grown_mm = self._heat[i].growth_mm(self.now_ps / PS_PER_S, position_mm)
             outcomes.append(
                 AxisOutcome(
                     view=view,
@@ -218,6 +237,9 @@ class Cell:
                     uninserted_counts=view.inserted_counts - step * view.completed,
                     late_steps=int(self._cell.late_steps[i]),
                     travel_mm=float(state.travel_mm),
+                    outside_s=int(pc.pc.outside_turns) * settings.handshake.pc_period_ps / PS_PER_S,
+                    outside_input=outside_input(self._predictors[i], int(pc.pc.outside_input)),
+                    deviation_mm=position_mm + grown_mm - view.controller_count * count_mm,
                 )
             )
         return tuple(outcomes)

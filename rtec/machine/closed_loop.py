@@ -16,11 +16,12 @@ from rtec._jit import Record, new_record, prepared
 from rtec.axis import Encoder, MotionSegments, Servo
 from rtec.axis.plant import bound_plant
 from rtec.board import Microcontroller
-from rtec.checks import number_within
 from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
+from rtec.heat.binding import bound_heat, changes
+from rtec.heat.course import HeatCourse
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
 from rtec.link.simulated import FaultActivation, activations_of
@@ -39,11 +40,10 @@ from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.machine.laser_readings import Laser, MeasuringRun
 from rtec.metrology import Readings
 from rtec.predictors import Model, NoError, Predictor
-from rtec.predictors.binding import bound, bound_curve, rests
+from rtec.predictors.binding import bound, bound_curve, heat_inputs, outside_input, rests
 from rtec.predictors.play import check_play
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.status import Status
-from rtec.requester.thermometers import Thermometer, fill_thermometers, names_of
 from rtec.units import LONGEST_RUN_PS, PS_PER_S
 
 _LEAST_SLICES, _MOST_SLICES = 100, 1_000_000
@@ -67,24 +67,6 @@ class Ending(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Growth:
-    """Thermal growth of the axis: a first-order approach to ``final_mm``. The PC knows of it what its sensors tell.
-
-    Raises
-    ------
-    ArgumentError
-        A value outside its range.
-    """
-
-    final_mm: float = 0.0
-    time_constant_s: float = 60.0
-
-    def __post_init__(self) -> None:
-        number_within("final_mm", self.final_mm, -10.0, 10.0, unit="mm")
-        number_within("time_constant_s", self.time_constant_s, 1e-3, 1e6, unit="s")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Machine:
     """An axis with everything that moves and corrects it.
 
@@ -101,10 +83,12 @@ class Machine:
         The PC's model of the axis, a function of its sensors.
     own_table
         The controller's own compensation, ideally applied to the command; none by default.
-    encoder, servo, receiver, handshake, laser, growth
+    encoder, servo, receiver, handshake, laser
         The other parts.
-    thermometers
-        Temperatures that the PC reads.
+    heat
+        What heat does while it runs: by how much the axis is displaced, and what the PC's thermometers say.
+    allow_large_correction
+        The operator's word for a restart with a hot machine: the PC's first request may exceed the window.
     switch_on
         False: the box's hardware switch forbids corrections.
     faults
@@ -129,15 +113,15 @@ class Machine:
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
     handshake: HandshakeSettings = field(default_factory=HandshakeSettings)
     laser: Laser = field(default_factory=Laser)
-    growth: Growth = field(default_factory=Growth)
-    thermometers: tuple[Thermometer, ...] = ()
+    heat: HeatCourse = field(default_factory=HeatCourse)
+    allow_large_correction: bool = False
     switch_on: bool = True
     faults: tuple[Fault, ...] = ()
     probing: tuple[tuple[int, int], ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the true error is one that a play between two flanks can have, and the box one for the loop."""
-        names_of(self.thermometers)
+        heat_inputs(self.heat)
         check_play(self.axis_error)
         for fault in self.faults:
             self._check_fault(fault)
@@ -176,25 +160,24 @@ class Machine:
         self.handshake.fill_pc(
             state.pc, count_mm=count_mm, step_counts=box.design.step_counts, word_limit=box.design.word_limit
         )
+        state.pc.large_meant = int(self.allow_large_correction)
         state.node.down.latency_ps = self.handshake.latency_ps
         state.node.up.latency_ps = self.handshake.latency_ps
         state.reader.window_mm = self.laser.window_mm
         state.reader.full_ps = round(self.laser.dwell_s * PS_PER_S)
         state.reader.half_ps = state.reader.full_ps // 2
-        state.play.growth_mm = self.growth.final_mm
-        state.play.growth_tau_s = self.growth.time_constant_s
-        fill_thermometers(state.thermometers, self.thermometers)
-        state.restless = int(not rests(self.model))
+        state.restless = int(changes(self.heat) or not rests(self.model))
         state.servo.compensates = int(not isinstance(self.own_table, NoError))
         state.correcting = int(self.injector is not None)
         state.skipping = 1
         _loop_kernels.start(state, _BOX_FIRST_PS, _PC_FIRST_PS)
         return state
 
-    def bound_models(self) -> tuple[Any, Any, Any, Any]:
-        """Return true error, the PC's model, the controller's own table and the plant for the kernel."""
+    def bound_models(self) -> tuple[Any, Any, Any, Any, Any]:
+        """Return true error, the PC's model, the controller's own table, the plant and the heat for the kernel."""
         error, own = (bound_curve(getattr(self, name), name) for name in ("axis_error", "own_table"))
-        return error, bound(self.model, names_of(self.thermometers), axes=1), own, bound_plant(self.servo.plant)
+        model = bound(self.model, heat_inputs(self.heat), axes=1)
+        return error, model, own, bound_plant(self.servo.plant), bound_heat(self.heat)
 
     def firmware_box(self) -> FirmwareBox | None:
         """Return the box where it runs its firmware."""
@@ -243,6 +226,10 @@ class LoopResult:
     firmware_fault: ProcessorFault | None = None
     fired: tuple[FaultActivation[Fault], ...] = ()
     """The activation of each fault."""
+    outside_s: float = 0.0
+    """For how long the model had no answer: an input was outside its ranges."""
+    outside_input: str = ""
+    """The first of such inputs; empty where there was none."""
 
     @property
     def audit(self) -> bool:
@@ -409,6 +396,8 @@ def _result(
         simulated_s=int(state.servo.now_ps) / PS_PER_S,
         wall_s=wall_s,
         trace=trace,
+        outside_s=int(state.pc.outside_turns) * machine.handshake.pc_period_ps / PS_PER_S,
+        outside_input=outside_input(machine.model, int(state.pc.outside_input)),
     )
 
 

@@ -11,7 +11,7 @@ from rtec.errors import ArgumentError, FileFormatError, RtecError, unknown
 from rtec.metrology.plain_numbers import shown
 from rtec.units import ANGLE, LENGTH, NUMBER, TIME, Kind, parse_quantity
 
-_FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature")
+_FACTS = ("counts_per_rev", "screw_pitch", "scale_signal_period", "reference_temperature", "blocks")
 _COUNTS = re.compile(rf"\s*({NUMBER})\s*(?:counts?(?:\s*/\s*rev|\s+per\s+rev\w*)?)?\s*", re.IGNORECASE)
 _COUNTS_IN_WORDS = re.compile(rf"(?<![\w.])({NUMBER})\s*counts?\s*(?:/|per)\s*rev", re.IGNORECASE)
 _COUNT_PERIOD = re.compile(rf"\s*({NUMBER})\s*counts?\s*", re.IGNORECASE)

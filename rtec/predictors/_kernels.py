@@ -54,9 +54,12 @@ POSITION, DIRECTION, VELOCITY, TIME = 0, 1, 2, 3
 """Places of what the PC senses of its own axis: mm, +1 or -1, mm/s, and its clock in s."""
 AXES = 4
 """Place of the position of axis 1 in mm; those of the others follow."""
-TEMPERATURES, MOST_TEMPERATURES = AXES + MOST_AXES, 8
-"""Place of the first temperature in degrees Celsius."""
-SENSORS = TEMPERATURES + MOST_TEMPERATURES
+SENSORS = AXES + MOST_AXES
+"""Number of places that every PC has; those of heat follow, as many as there are (`rtec.heat._heat_kernels`)."""
+SD, SAID, OUTSIDE = 8, 9, 10
+"""Places in a bound model: room for a standard deviation, for what sensors of heat say, and for the input outside."""
+INSIDE = -1
+"""In the room for the input outside: none is."""
 
 NINETY = 1.6448536269514722
 """Standard deviations in half an interval of 90 %."""
@@ -260,7 +263,7 @@ def sure_of(error_mm: float, unsure_mm: float) -> float:
 @step
 def error_at(curve: Any, x_mm: float, direction: int) -> float:
     """Return the error (actual minus target, mm) of a curve at ``x_mm``, held outside its range."""
-    function, numbers, _, _, _, inputs, memory, unsure_mm, sd = curve
+    function, numbers, _, _, _, inputs, memory, unsure_mm, sd, _, _ = curve
     inputs[0] = x_mm
     inputs[1] = direction
     return sure_of(float(function(numbers, inputs, memory, sd)), unsure_mm)
@@ -272,17 +275,34 @@ def predicted_mm(model: Any, sensors: Floats) -> float:
 
     A model that says how unsure it is is followed to the near end of its 90 % interval.
 
+    Where it has no answer although its axis stands where it knows it and no sensor is lost, it notes which input is
+    outside its range, or the number of its inputs where all are inside.
+
     ``model`` is the function with its numbers, where among the sensors its inputs come from, the lowest and highest
-    value of each that it knows, room for the inputs, its memory, by how much it may be off, and room for a standard
-    deviation.
+    value of each that it knows, room for the inputs, its memory, by how much it may be off, room for a standard
+    deviation, what sensors of heat said last, and room for the input outside.
     """
-    function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd = model
+    function, numbers, wanted, low, high, inputs, memory, unsure_mm, sd, said, outside = model
     sd[0] = math.nan
+    outside[0] = INSIDE
+    answers, lost = True, False
     for k in range(wanted.size):
-        inputs[k] = sensors[wanted[k]]
-        if not low[k] <= inputs[k] <= high[k]:  # as it does not where nothing was read
-            return math.nan
+        at = wanted[k]
+        inputs[k] = sensors[at] if at < SENSORS else said[at - SENSORS]
+        if low[k] <= inputs[k] <= high[k]:
+            continue
+        answers = False
+        if at == POSITION or math.isnan(inputs[k]):
+            lost = True
+        elif outside[0] == INSIDE:
+            outside[0] = k
+    if lost:
+        outside[0] = INSIDE
+    if not answers:
+        return math.nan
     error_mm = float(function(numbers, inputs, memory, sd))
+    if math.isnan(error_mm):
+        outside[0] = wanted.size
     if sd[0] > 0.0:  # not so where the model has not said it
         unsure_mm = max(unsure_mm, NINETY * sd[0])
     return sure_of(error_mm, unsure_mm)

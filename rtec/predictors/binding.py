@@ -10,9 +10,11 @@ import numpy as np
 
 from rtec.compiled import address_of_function
 from rtec.errors import ArgumentError, nearest
+from rtec.heat.course import HeatCourse
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.predictors import _kernels
 from rtec.predictors.protocol import Model
+from rtec.predictors.warm.features import SPINDLE_SPEED
 
 CURVE = ("position", "direction")
 """Inputs of a curve over the position, one for each direction."""
@@ -54,7 +56,7 @@ def is_other_axis(name: object) -> bool:
 
 def bound(
     model: Model,
-    temperatures: Sequence[str] = (),
+    heat: Sequence[str] = (),
     *,
     axes: int = MOST_AXES,
     margin_mm: float = 0.0,
@@ -67,8 +69,8 @@ def bound(
     ----------
     model
         The model of an axis.
-    temperatures
-        Names of the temperature sensors, as in ``temperature_NAME``, in the order in which they are read.
+    heat
+        Inputs that sensors of heat give, in the order in which they are read (`heat_inputs`).
     axes
         Number of axes whose positions the PC knows.
     margin_mm
@@ -87,8 +89,8 @@ def bound(
     [0, 1]
     """
     names = tuple(model.inputs)
-    heat = {OF_TEMPERATURE + name: k for k, name in enumerate(sensor_names(temperatures), _kernels.TEMPERATURES)}
-    known = _PLACES | {axis_name(axis + 1): _kernels.AXES + axis for axis in range(axes)} | heat
+    known = _PLACES | {axis_name(axis + 1): _kernels.AXES + axis for axis in range(axes)}
+    known |= {name: k for k, name in enumerate(heat, _kernels.SENSORS)}
     for name in names:
         if name not in known:
             several = axis_name(1) + (f" to {axis_name(axes)}" if axes > 1 else "")
@@ -110,7 +112,24 @@ def bound(
         memory,
         float(getattr(model, "unsure_mm", 0.0)),
         np.full(1, np.nan),
+        np.full(len(heat), np.nan),
+        np.full(1, _kernels.INSIDE),
     )
+
+
+def outside_input(model: Model, place: int) -> str:
+    """Return what an input that was outside its range is called; empty where none was.
+
+    Examples
+    --------
+    >>> from rtec.predictors import growth
+    >>> model = growth("screw", 0.002)
+    >>> outside_input(model, 0), outside_input(model, -1), outside_input(model, 1)
+    ('temperature_screw', '', 'no answer within its ranges')
+    """
+    if place == _kernels.INSIDE:
+        return ""
+    return (*model.inputs, "no answer within its ranges")[place]
 
 
 def check_axis(model: Model, axis: int) -> None:
@@ -164,7 +183,7 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
     Raises
     ------
     ArgumentError
-        Too many, one twice, or one that is no name.
+        One twice, or one that is no name.
 
     Examples
     --------
@@ -175,7 +194,22 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
     for name in found:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             raise ArgumentError("temperatures", repr(name)[:60], "1 to 32 small letters, digits and underscores")
-    most = _kernels.MOST_TEMPERATURES
-    if len(found) > most or len(set(found)) != len(found):
-        raise ArgumentError("temperatures", ", ".join(found)[:200], f"at most {most} sensors, each name once")
+    if len(set(found)) != len(found):
+        raise ArgumentError("temperatures", ", ".join(found)[:200], "each name once")
     return found
+
+
+def heat_inputs(course: HeatCourse) -> tuple[str, ...]:
+    """Return the inputs that a course of heat gives to models, in the order in which the PC reads them.
+
+    Raises
+    ------
+    ArgumentError
+        A thermometer with a name that is none.
+
+    Examples
+    --------
+    >>> heat_inputs(HeatCourse(thermometers={"screw": [20.0], "bed": [20.0]}))
+    ('spindle_speed', 'temperature_screw', 'temperature_bed')
+    """
+    return (SPINDLE_SPEED, *(OF_TEMPERATURE + name for name in sensor_names(tuple(course.thermometers))))

@@ -24,7 +24,7 @@ A ``table`` has ``between`` (linear, cubic), and ``[forward]`` and ``[reverse]``
 each part: ``of`` (position, position_2), perhaps a ``direction`` (forward, reverse), ``positions_mm`` and
 ``errors_mm``; or ``angles_rad`` with an ``arm`` (position_3) and its ends ``arm_mm``. Inputs of networks may be
 positions of other axes as well; ``axis`` is the number of the axis itself, where it is known. Models of motion have
-other keys (`rtec.predictors.motion_file`).
+other keys (`rtec.predictors.motion_file`), and so have those of warm machines (`rtec.predictors.warm.warm_file`).
 """
 
 from __future__ import annotations
@@ -55,9 +55,12 @@ from rtec.predictors.motion_file import KnownMotion, head_of, is_motion, read_mo
 from rtec.predictors.protocol import FORWARD, REVERSE, Predictor
 from rtec.predictors.sequences import DynamicModel
 from rtec.predictors.tables import Between, BidirectionalTable, UnidirectionalTable
+from rtec.predictors.warm import warm_file
+from rtec.predictors.warm.warm_model import WarmModel
 from rtec.units import LENGTH
 
 _HEAD = ("predictor", "version", "name", "source", "axis", "range", "interval")
+_WARM = "warm"
 _NETWORK = ("inputs", "middle", "half", "hidden", "weights", "bias_mm", "factor_mm")
 _TABLE = ("of", "direction", "arm", "arm_mm", "positions_mm", "errors_mm", "angles_rad")
 _WAYS = {"forward": FORWARD, "reverse": REVERSE}
@@ -70,7 +73,7 @@ class KnownPredictor:
     Parameters
     ----------
     predictor
-        A table or networks; or a model of motion, which predicts from what came before.
+        A table or networks; or a model of motion or of a warm machine, which predicts from what came before.
     name, source
         What it is, and the measurement that it was fitted to.
     interval_mm
@@ -79,7 +82,7 @@ class KnownPredictor:
         Number of the axis, None where the measurement did not say it.
     """
 
-    predictor: Predictor | DynamicModel
+    predictor: Predictor | DynamicModel | WarmModel
     name: str
     source: str = ""
     interval_mm: float = math.inf
@@ -92,8 +95,11 @@ class KnownPredictor:
         Raises
         ------
         ArgumentError
-            A model of motion.
+            A model of motion, or of a warm machine.
         """
+        if isinstance(self.predictor, WarmModel):
+            why = "a model of a warm machine knows no positions; rtec export makes a table of it at a temperature"
+            raise ArgumentError("predictor", self.name, "tables or networks over position and direction", why)
         if not isinstance(self.predictor, Predictor):
             why = "a model of motion predicts sample by sample; rtec compare --model takes it to another log"
             raise ArgumentError("predictor", self.name, "tables or networks over position and direction", why)
@@ -126,9 +132,12 @@ def read_predictor(path: str | Path) -> KnownPredictor:
     if is_motion(given):
         motion = read_motion(path)
         return KnownPredictor(predictor=motion.model, name=motion.name, source=motion.source, axis=motion.axis)
-    if not isinstance(kind, str) or kind not in _KINDS:
-        raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], " or ".join(f'"{name}"' for name in _KINDS))
+    if not isinstance(kind, str) or kind not in (*_KINDS, _WARM):
+        allowed = " or ".join(f'"{name}"' for name in (*_KINDS, _WARM))
+        raise FileFormatError(path, None, f"predictor = {kind!r}"[:80], allowed)
     check_version(path, given)
+    if kind == _WARM:
+        return _read_warm(path, given)
     top = Section(path, "", given, {}, optional=(*_HEAD, *_KINDS[kind].keys))
     ends = top.texts("range")
     if len(ends) != 2:
@@ -147,6 +156,18 @@ def read_predictor(path: str | Path) -> KnownPredictor:
         name=top.text("name"),
         source=top.text("source") if top.has("source") else "",
         interval_mm=interval,
+        axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
+    )
+
+
+def _read_warm(path: str | Path, given: dict[str, Any]) -> KnownPredictor:
+    top = Section(path, "", given, {}, optional=(*(key for key in _HEAD if key != "range"), *warm_file.KEYS))
+    model = warm_file.read_warm(top)
+    return KnownPredictor(
+        predictor=model,
+        name=top.text("name"),
+        source=top.text("source") if top.has("source") else "",
+        interval_mm=model.interval_mm,
         axis=top.whole("axis", 1, MOST_AXES) if top.has("axis") else None,
     )
 
@@ -238,6 +259,9 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     """
     predictor = known.predictor
     kind = next((name for name, each in _KINDS.items() if isinstance(predictor, each.of)), None)
+    if isinstance(predictor, WarmModel):
+        write_lines(path, [*_head_lines(_WARM, known), *warm_file.warm_lines(predictor)])
+        return
     if not isinstance(predictor, Predictor):
         motion = KnownMotion(
             model=predictor, head=head_of(predictor), name=known.name, source=known.source, axis=known.axis
@@ -247,12 +271,16 @@ def write_predictor(path: str | Path, known: KnownPredictor) -> None:
     if kind is None:
         raise ArgumentError("predictor", type(predictor).__name__, "tables or networks")
     low_mm, high_mm = predictor.range_mm
-    lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {quoted(known.name)}"]
-    lines += [f"source = {quoted(known.source)}"] if known.source else []
-    lines += [f"axis = {known.axis}"] if known.axis is not None else []
+    lines = _head_lines(kind, known)
     lines.append(f'range = ["{low_mm!r} mm", "{high_mm!r} mm"]')
     lines += [f'interval = "{known.interval_mm!r} mm"'] if math.isfinite(known.interval_mm) else []
     write_lines(path, [*lines, *_KINDS[kind].lines(predictor)])
+
+
+def _head_lines(kind: str, known: KnownPredictor) -> list[str]:
+    lines = [f'predictor = "{kind}"', f"version = {VERSION}", f"name = {quoted(known.name)}"]
+    lines += [f"source = {quoted(known.source)}"] if known.source else []
+    return lines + ([f"axis = {known.axis}"] if known.axis is not None else [])
 
 
 def _network_lines(predictor: TrainedNetworks) -> Iterator[str]:

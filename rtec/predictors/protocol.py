@@ -29,7 +29,10 @@ class Model(Protocol):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Sensors by name: position, direction, velocity, time, position_1 to position_15, temperature_NAME."""
+        """Sensors by name: position, direction, velocity, time, position_1 to position_15, those of heat.
+
+        Those of heat are temperature_NAME and spindle_speed.
+        """
 
     @property
     def numbers(self) -> npt.ArrayLike:

@@ -29,7 +29,7 @@ class StepModel:
     inputs
         Sensors by name, in the order of ``inputs``: ``position`` (mm) and ``direction`` (+1, -1) of the axis, its
         ``velocity`` (mm/s, from one reading to the next), ``time`` (s, on the PC's clock), ``position_1`` to
-        ``position_15`` of all axes (mm), ``temperature_NAME`` (degrees Celsius).
+        ``position_15`` of all axes (mm), ``temperature_NAME`` (degrees Celsius), ``spindle_speed`` (rev/min).
     numbers
         What it computes with.
     memory

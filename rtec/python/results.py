@@ -127,7 +127,8 @@ class _OfReadings(Result):
         observed, unit = self.dataset.observed, _in_headings(self.unit)
         known: dict[str, Any] = {
             "run": c.run, "direction": c.direction, "time_s": c.time_s, f"position_{units.position}": c.position,
-            f"velocity_{units.position}_s": c.velocity, **c.temperatures, **dict(self.dataset.unknown),
+            f"velocity_{units.position}_s": c.velocity, "spindle_rpm": c.spindle_rpm,
+            **c.temperatures, **dict(self.dataset.unknown),
             f"{self.dataset.observe}_{unit}": observed * factor, f"model_{unit}": model * factor,
             f"residual_{unit}": (observed - model) * factor,
         }  # fmt: skip

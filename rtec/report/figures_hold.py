@@ -25,7 +25,7 @@ def hold_figure(result: StudyResult, scale: Scale) -> Figure | None:
     for index, curve in enumerate(curves):
         _curve(axes, curve, scale, index, several=several)
     axes.axhline(0.0, color=GUIDE, linewidth=0.9, zorder=1)
-    guide(axes, y=result.study.growth.final_mm * scale.per_mm, text="growth in the end", colour=GROWTH)
+    guide(axes, y=result.study.hold_growth_mm * scale.per_mm, text="growth in the end", colour=GROWTH)
     axes.set_xlabel("time (s)")
     axes.set_ylabel(f"deviation ({scale.symbol})")
     axes.margins(x=0.01)

@@ -91,7 +91,7 @@ def _waveform(result: StudyResult, scale: Scale) -> str:
 def _hold(result: StudyResult, scale: Scale) -> str:
     return (
         f"The axis stands still, as on a lathe that turns a cylinder, and grows by "
-        f"{scale.with_unit(result.study.growth.final_mm)}. At rest no real edge comes, and insertions just start; "
+        f"{scale.with_unit(result.study.hold_growth_mm)}. At rest no real edge comes, and insertions just start; "
         "each one makes the servo pull the axis back by a step. The Original inserts in state 1 only (A and B low): "
         "standing in another state it is stuck, and its corrections stay pending."
     )

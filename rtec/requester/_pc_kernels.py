@@ -12,17 +12,20 @@ box has accepted, and never before the box has sampled the last request.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from rtec._jit import Record, helper
 from rtec.link._kernels import deliver, post
-from rtec.predictors._kernels import AXES, DIRECTION, POSITION, SENSORS, TIME, VELOCITY
+from rtec.predictors._kernels import AXES, DIRECTION, INSIDE, OUTSIDE, POSITION, SENSORS, TIME, VELOCITY
 from rtec.requester import _box_kernels as box
 from rtec.signal._kernels import NEVER
 from rtec.units._time_kernels import PS_PER_S
 
 WAITING, ACTIVE, HOLD = 0, 1, 2
+
+HOLD_OUTSIDE, KEEP_OUTSIDE, ZERO_OUTSIDE = 0, 1, 2
 
 BEYOND_EVERYTHING_MM = 1e3
 """Of a deviation: no axis is so far off."""
@@ -33,7 +36,8 @@ PC = np.dtype(
         ("period_ps", np.int64),
         ("retry_ps", np.int64),  # time to the next reading where Data Valid was low
         ("valid_after_ps", np.int64),  # time for which Data Valid is low after the words have arrived
-        ("window", np.int64),
+        ("window", np.int64),  # largest change that the box believes
+        ("most", np.int64),  # largest change that the PC asks for
         ("word_limit", np.int64),  # largest total that the request's word holds
         ("count_mm", np.float64),
         ("step_mm", np.float64),
@@ -41,6 +45,7 @@ PC = np.dtype(
         ("margin_steps", np.float64),  # hysteresis of the rounding
         ("home_mm", np.float64),  # position of home in the coordinates of the model
         ("home_count", np.int64),  # what the box must report at home
+        ("at_outside", np.int64),  # what becomes of the correction where the model has no answer
         # orders from the operator
         ("probing", np.int64),
         ("large_meant", np.int64),  # 1: the next request may exceed the window, once
@@ -65,6 +70,8 @@ PC = np.dtype(
         ("not_valid", np.int64),
         ("beyond_word", np.int64),  # steps of the target that the word cannot hold
         ("beyond_word_max", np.int64),
+        ("outside_turns", np.int64),  # in which the model had no answer
+        ("outside_input", np.int64),  # which input was outside at the first of them
     ],
     align=True,
 )
@@ -147,6 +154,24 @@ def pc_start(p: Record, down: Record, t_ps: int) -> None:
 
 
 @helper
+def fall_back(p: Record, model: Any, deviation_mm: float) -> float:
+    """Return the deviation to correct: where the model has no answer, what the operator chose for that.
+
+    It stays no number, which holds the machine, where that was chosen, where a sensor is lost, and where the axis
+    stands outside the model's positions.
+    """
+    outside = model[OUTSIDE]
+    if outside[0] == INSIDE:
+        return deviation_mm
+    if p.outside_turns == 0:
+        p.outside_input = outside[0]
+    p.outside_turns += 1
+    if p.at_outside == KEEP_OUTSIDE:
+        return float(p.target * p.step_mm)
+    return 0.0 if p.at_outside == ZERO_OUTSIDE else deviation_mm
+
+
+@helper
 def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
     """Turn the predicted deviation into the next request and send it.
 
@@ -172,7 +197,7 @@ def pc_request(p: Record, down: Record, t_ps: int, deviation_mm: float) -> None:
                 flags |= box.LARGE_CORRECTION
             p.large_meant = 0
         else:
-            p.sent = min(max(goal, p.accepted - p.window), p.accepted + p.window)
+            p.sent = min(max(goal, p.accepted - p.most), p.accepted + p.most)
     elif p.accepted != p.sent and p.large_sent == 1:
         flags |= box.LARGE_CORRECTION
     p.large_sent = 1 if flags & box.LARGE_CORRECTION else 0
@@ -200,6 +225,8 @@ def pc_reset(p: Record, first_ps: int) -> None:
     p.not_valid = 0
     p.beyond_word = 0
     p.beyond_word_max = 0
+    p.outside_turns = 0
+    p.outside_input = INSIDE
     for k in range(SENSORS):
         p.sensors[k] = math.nan
     p.read_ps = -NEVER

@@ -16,7 +16,7 @@ from rtec.link._kernels import deliver, post
 from rtec.link._outbox_kernels import put
 from rtec.predictors._kernels import AXES, predicted_mm
 from rtec.requester import _box_kernels as box, _pc_kernels as pc, _pc_node_kernels as node
-from rtec.requester._pc_kernels import pc_read, pc_request, schedule_reading, sense
+from rtec.requester._pc_kernels import fall_back, pc_read, pc_request, schedule_reading, sense
 from rtec.requester._pc_node_kernels import pc_hold
 from rtec.signal._kernels import NEVER
 
@@ -221,7 +221,7 @@ def pc_predict(n: Record, t_ps: int, model: Any) -> None:
             say_request(n, p.sent, 0)
             return
     n.predicted = 1
-    pc_finish(n, t_ps, predicted_mm(model, p.sensors))
+    pc_finish(n, t_ps, fall_back(p, model, predicted_mm(model, p.sensors)))
 
 
 @kernel

@@ -11,8 +11,8 @@ from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.predictors import Model
-from rtec.predictors._kernels import AXES
-from rtec.predictors.binding import bound, check_axis, sees_axes
+from rtec.predictors._kernels import AXES, INSIDE, SD
+from rtec.predictors.binding import bound, check_axis, outside_input, sees_axes
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.settings import HandshakeSettings, PcState
 from rtec.requester.setup import Setup
@@ -71,6 +71,10 @@ class PcView:
     """How long the last answer took, from the request to the frame that says it is completed."""
     sd_mm: float | None
     """Standard deviation of the last prediction; None where the model gives none."""
+    outside_s: float
+    """For how long the present model has had no answer: an input was outside its ranges."""
+    outside_input: str
+    """The first of such inputs; empty where there was none."""
 
 
 class PcNode:
@@ -164,6 +168,8 @@ class PcNode:
             raise ArgumentError("home_mm", f"{home_mm:g} mm", allowed, "say where the axis' home is in it")
         self._node.low_mm, self._node.high_mm = max(low_mm - margin_mm, -1e9), min(high_mm + margin_mm, 1e9)
         self._model = model
+        self._predictor = predictor
+        self._node.pc.outside_turns, self._node.pc.outside_input = 0, INSIDE
         self.sees_axes = sees_axes(predictor)
         self._turn = prepared(_pc_turn_kernels.turn, self._node, 0, self._model)
 
@@ -244,5 +250,7 @@ class PcNode:
                 trip_position_counts=int(n.trip_position),
             ),
             answer_s=int(n.answer_ps) / PS_PER_S,
-            sd_mm=None if math.isnan(sd_mm := float(self._model[-1][0])) else sd_mm,
+            outside_s=int(n.pc.outside_turns * n.pc.period_ps) / PS_PER_S,
+            outside_input=outside_input(self._predictor, int(n.pc.outside_input)),
+            sd_mm=None if math.isnan(sd_mm := float(self._model[SD][0])) else sd_mm,
         )

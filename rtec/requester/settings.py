@@ -23,6 +23,20 @@ class PcState(enum.IntEnum):
     """The machine is held."""
 
 
+class Outside(enum.Enum):
+    """What becomes of the correction where the model has no answer: an input outside its ranges, or inside them.
+
+    Where a sensor is lost, or the axis stands outside the model's positions, the machine is held in any case.
+    """
+
+    HOLD = "hold"
+    """The machine is held."""
+    KEEP = "keep"
+    """The last correction stays."""
+    ZERO = "zero"
+    """The correction goes to zero, window by window."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandshakeSettings:
     """Settings of the handshake between PC and box (Yee 1992, General Considerations).
@@ -56,9 +70,16 @@ class HandshakeSettings:
     """Hysteresis of the direction that the PC follows: a correction at rest moves the axis, too."""
     rounding_margin: float = 0.03
     """Hysteresis of the rounding to whole steps, in steps, so that a correction does not undo itself."""
+    pc_window_steps: int | None = None
+    """Largest change that the PC asks for at once; None: the window of the box. One that asks for more needs the flag
+    Large Correction wherever the error jumps, as at a restart with a hot machine."""
+    outside: Outside = Outside.HOLD
+    """What becomes of the correction where the PC's model has no answer."""
 
     def __post_init__(self) -> None:
         whole_within("window_steps", self.window_steps, 1, 32767)
+        if self.pc_window_steps is not None:
+            whole_within("pc_window_steps", self.pc_window_steps, 1, 32767)
         whole_within("grace_readings", self.grace_readings, 0, 1000)
         whole_within("box_period_ps", self.box_period_ps, PS_PER_US, 1000 * PS_PER_MS, unit="ps")
         whole_within("pc_period_ps", self.pc_period_ps, PS_PER_US, 10_000 * PS_PER_MS, unit="ps")
@@ -90,9 +111,11 @@ class HandshakeSettings:
         pc.retry_ps = self.retry_ps
         pc.valid_after_ps = self.update_ps
         pc.window = self.window_steps
+        pc.most = self.window_steps if self.pc_window_steps is None else self.pc_window_steps
         pc.word_limit = word_limit
         pc.count_mm = count_mm
         pc.step_mm = count_mm * step_counts
         pc.reversal_mm = self.reversal_mm
         pc.margin_steps = self.rounding_margin
         pc.home_count = 0
+        pc.at_outside = list(Outside).index(self.outside)

@@ -14,16 +14,17 @@ from rtec.checks import number_within
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.effects import LIBRARY, Library
 from rtec.errors import ArgumentError, FileFormatError, unknown
+from rtec.heat.approach import approach
 from rtec.inference.static_predictor import LeftOut
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.io import Section, brief, choice, parse_toml, read_toml
-from rtec.machine import Growth, Laser, Machine
+from rtec.machine import Laser, Machine
 from rtec.machine.fault_kinds import FAULTS_OF_WORDS
 from rtec.machine.faults import Fault, FaultPlace, Trigger, check_apart
 from rtec.metrology import MachineAxis, MeasuringPlan
 from rtec.metrology.measuring_plan import LATHE_MM
 from rtec.predictors import Predictor
-from rtec.requester.settings import HandshakeSettings
+from rtec.requester.settings import HandshakeSettings, Outside
 from rtec.study.models import (
     LEARNED,
     axis_error_of,
@@ -98,7 +99,9 @@ class Study:
     """In how many rounds it may do so: a second one at the targets that the first search asks for."""
     feeds_mm_s: tuple[float, ...]
     span_mm: float
-    growth: Growth
+    hold_growth_mm: float
+    hold_time_constant_s: float
+    """Of the axis that is held while it grows in first order."""
     faults: tuple[Fault, ...] = ()
     """What goes wrong while the rows are measured."""
     probing: tuple[tuple[int, int], ...] = ()
@@ -386,6 +389,7 @@ def _handshake(section: Section) -> HandshakeSettings:
             latency_ps=section.time_ps("latency"),
             update_ps=low_ps,
             reversal_mm=section.quantity("direction_hysteresis", LENGTH),
+            outside=section.choice("outside", Outside),
         )
 
 
@@ -396,9 +400,12 @@ def _figures(section: Section) -> dict[str, Any]:
         raise section.refused("feeds", "speeds from 0.001 mm/s to 10 m/s")
     if not 1.0 <= span <= 1e4:
         raise section.refused("span", "a length from 1 mm to 10 m")
-    with section.naming(final_mm="hold_growth", time_constant_s="hold_time_constant"):
-        growth = Growth(
-            final_mm=section.quantity("hold_growth", LENGTH),
-            time_constant_s=section.quantity("hold_time_constant", TIME),
-        )
-    return {"feeds_mm_s": tuple(feeds), "span_mm": span, "growth": growth}
+    with section.naming(shift_mm="hold_growth", time_constant_s="hold_time_constant"):
+        growth_mm, constant_s = section.quantity("hold_growth", LENGTH), section.quantity("hold_time_constant", TIME)
+        approach(shift_mm=growth_mm, time_constant_s=constant_s)
+    return {
+        "feeds_mm_s": tuple(feeds),
+        "span_mm": span,
+        "hold_growth_mm": growth_mm,
+        "hold_time_constant_s": constant_s,
+    }

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.board import Board, Microcontroller
+from rtec.heat.approach import approach
 from rtec.injector import Design, Injector, RealEdges
 from rtec.machine import TRACE_COLUMNS, Machine, run_machine, straight_pass
 from rtec.machine.laser_readings import HOME_DWELL_S
 from rtec.predictors import NoError, Predictor, growth
-from rtec.requester.thermometers import Thermometer
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
 from rtec.study.results import FeedCurve, HoldCurve, Limit, Waveform
@@ -86,11 +86,11 @@ def hold_curve(study: Study, name: str, machine: Machine, progress: Callable[[fl
     count_mm = study.encoder.count_mm
     # a few counts from home, in the angle state opposite to state 0, so that hardly any growth passes on the way
     count = (2 - study.encoder.home_state) % 4
-    time_constant = study.growth.time_constant_s
+    time_constant = study.hold_time_constant_s
     motion = straight_pass([count * count_mm], count_mm * 1000.0, study.limits, dwell_s=5.0 * time_constant)
-    warm = Thermometer(name="axis", rise_k=_WARM_UP_K, time_constant_s=time_constant)
-    grown = growth(warm.name, study.growth.final_mm / _WARM_UP_K, from_degc=warm.start_degc)
-    growing = replace(machine, growth=study.growth, axis_error=NoError(), model=grown, thermometers=(warm,))
+    heat = approach(time_constant_s=time_constant, shift_mm=study.hold_growth_mm, rise_k={"axis": _WARM_UP_K})
+    grown = growth("axis", study.hold_growth_mm / _WARM_UP_K)
+    growing = replace(machine, heat=heat, axis_error=NoError(), model=grown)
     result = run_machine(growing, motion, trace_every=max(round(time_constant), 1) * 5, progress=progress)
     trace = np.asarray(result.trace)
     standing = trace[trace[:, _TIME] > HOME_DWELL_S + SETTLE_S]

@@ -17,7 +17,8 @@ from rtec.errors import ArgumentError
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis
-from rtec.inference.static_predictor import LeftOut, predictor_of_model, static_part
+from rtec.inference.static_predictor import LeftOut, predictor_at_mean, static_part
+from rtec.inference.warmth import mean_warmth
 from rtec.jobs import Report
 from rtec.machine import Machine, MeasuringRun, measuring_run, readings_of, run_machine
 from rtec.metrology import Measurement, MeasuringPlan, Readings, joined, measurement_of_readings
@@ -96,13 +97,13 @@ def learn(study: Study, machine: Machine, reporter: Reporter) -> Learned:
         )
         plan = second_plan(study.calibration, rounds[-1].diagnosis)
     diagnosis = rounds[-1].diagnosis
-    predictor, left_out = _predictor(study, diagnosis.model)
+    predictor, left_out = _predictor(study, diagnosis)
     models = [diagnosis.start, *(step.model for step in diagnosis.steps)]
     return Learned(
         rounds=tuple(rounds),
         predictor=predictor,
         left_out=left_out,
-        scores=tuple(_score_of_model(study, model) for model in models),
+        scores=tuple(_score_of_model(study, model, diagnosis) for model in models),
         wall_s=time.perf_counter() - begun,
     )
 
@@ -123,20 +124,21 @@ def _searched(
         plan=plan,
         readings=taken,
         machine_s=machine_s,
-        missed_mm=_less(before[-1].diagnosis.model, taken) if before else taken.deviation_mm,
-        left_mm=_less(diagnosis.model, taken),
+        missed_mm=_less(before[-1].diagnosis, taken) if before else taken.deviation_mm,
+        left_mm=_less(diagnosis, taken),
         diagnosis=diagnosis,
-        score=score(study, _predictor(study, diagnosis.model)[0], travel),
+        score=score(study, _predictor(study, diagnosis)[0], travel),
     )
 
 
-def _less(model: Model, readings: Readings) -> NDArray[np.float64]:
-    """Return readings less what a model says of their places and directions, shape (readings,)."""
+def _less(found: Diagnosis, readings: Readings) -> NDArray[np.float64]:
+    """Return readings less what a model says of their places and directions, shape (readings,); of heat, its mean."""
     left = readings.deviation_mm.copy()
+    warmth = mean_warmth(found.model, found.dataset)
     for way in (1, -1):
         there = readings.direction == way
         if there.any():
-            error_mm, _ = static_part(model, readings.target_mm[there], way)
+            error_mm, _ = static_part(found.model, readings.target_mm[there], way, warmth)
             left[there] -= error_mm
     return left
 
@@ -158,9 +160,9 @@ def second_plan(plan: MeasuringPlan, diagnosis: Diagnosis) -> MeasuringPlan | No
     return replace(plan, end_mm=plan.start_mm + intervals * step_mm, increment_mm=step_mm, runs=1)
 
 
-def _predictor(study: Study, model: Model) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
+def _predictor(study: Study, found: Diagnosis) -> tuple[BidirectionalTable, tuple[LeftOut, ...]]:
     plan = study.calibration
-    return predictor_of_model(model, plan.start_mm, plan.end_mm)
+    return predictor_at_mean(found.model, plan.start_mm, plan.end_mm, found.dataset)
 
 
 def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> TruthScore:
@@ -168,9 +170,10 @@ def score(study: Study, predictor: Predictor, grid: NDArray[np.float64]) -> Trut
     return _score([predictor.error_mm(grid, way) - study.axis_error.error_mm(grid, way) for way in (1, -1)])
 
 
-def _score_of_model(study: Study, model: Model) -> TruthScore:
-    grid = study.calibration.targets_mm
-    return _score([static_part(model, grid, way)[0] - study.axis_error.error_mm(grid, way) for way in (1, -1)])
+def _score_of_model(study: Study, model: Model, found: Diagnosis) -> TruthScore:
+    grid, warmth = study.calibration.targets_mm, mean_warmth(model, found.dataset)
+    off_mm = [static_part(model, grid, way, warmth)[0] - study.axis_error.error_mm(grid, way) for way in (1, -1)]
+    return _score(off_mm)
 
 
 def _score(off_mm: list[NDArray[np.float64]]) -> TruthScore:

@@ -9,7 +9,7 @@ from functools import partial
 from rtec.dataset.dataset import Dataset
 from rtec.inference.diagnose import diagnose
 from rtec.inference.model import Model
-from rtec.inference.static_predictor import predictor_of_model
+from rtec.inference.static_predictor import predictor_at_mean
 from rtec.predictors import BidirectionalTable, NoError, Predictor, UnidirectionalTable
 from rtec.predictors.fitting.algorithms import Algorithm
 from rtec.predictors.fitting.samples import FEWEST_POINTS_A_TURN, points_a_turn, together
@@ -136,9 +136,10 @@ def _fit_geometry(geometry: Geometry, task: Task) -> Fitted:
 
 
 def _fit_effects(task: Task) -> Fitted:
-    """Find effects, and make a table of what depends on position and direction alone."""
-    found = diagnose(task.dataset.alone(task.parts.rows))
-    predictor, left_out = predictor_of_model(found.model, *task.parts.train.span_mm)
+    """Find effects, and make a table of what depends on position and direction; of heat, as it was on average."""
+    data = task.dataset.alone(task.parts.rows)
+    found = diagnose(data)
+    predictor, left_out = predictor_at_mean(found.model, *task.parts.train.span_mm, data)
     names = ", ".join(found.effects) or "none"
     notes = [f"{found.verdict.value}: {names}"]
     notes += [f"{one.effect} is left out: {one.why}" for one in left_out]

@@ -22,6 +22,7 @@ from rtec.report.diagnosis.quantities import Shown, named_texts, parameter_texts
 from rtec.report.diagnosis.sentence import (
     floor_words,
     heldout_words,
+    row_by_row_words,
     spoken,
     stretch_mean,
     stretch_words,
@@ -172,7 +173,7 @@ def search_text(diagnosis: Diagnosis, shown: Shown) -> SearchText:
         search_notes=[printable(note) for note in d.notes],
         steps=step_rows(d, shown),
         floor=floor_words(d.noise, shown),
-        heldout=heldout_words(d.heldout_by),
+        heldout=heldout_words(d.heldout_by) + row_by_row_words(d.rms_heldout_rows, shown),
         effects=found_effects(d.model, d.candidates),
         candidates=candidate_rows(d, shown),
         unknown="" if d.unknown is None else printable(d.unknown.description),
@@ -225,6 +226,8 @@ def facts(dataset: Dataset, noise: NoiseFloor, heldout: Dataset | None, heldout_
     for name, heat in c.temperatures.items():
         label = printable(name).replace("_", " ").capitalize()
         found.append((label, f"{float(heat.min()):.4g} to {float(heat.max()):.4g} °C".replace("-", "−")))
+    if c.spindle_rpm is not None:
+        found.append(("Spindle", f"{float(c.spindle_rpm.min()):.4g} to {float(c.spindle_rpm.max()):.4g} rev/min"))
     for label, value in (("Screw pitch", c.screw_pitch), ("Scale signal period", c.signal_period)):
         if value is not None:
             found.append((label, f"{quantity_text(value, c.position_unit, digits=6)}, as stated"))

@@ -125,6 +125,8 @@ def abscissas(conditions: Conditions, periods: tuple[float, ...] = ()) -> list[A
         found.append(Abscissa(name="acceleration", label=label, values=c.acceleration))
     for name, values in c.temperatures.items():
         found.append(Abscissa(name=name, label=f"{figure_text(name.replace('_', ' '))} (°C)", values=values))
+    if c.spindle_rpm is not None:
+        found.append(Abscissa(name="spindle", label="spindle speed (rev/min)", values=c.spindle_rpm))
     if c.since_reversal is not None and c.both_directions:
         label = f"distance since the last reversal ({unit})"
         found.append(Abscissa(name="since_reversal", label=label, values=c.since_reversal))

@@ -142,6 +142,11 @@ def heldout_words(heldout_by: str) -> str:
     return f"{name} by {name}" if name.isalpha() else name
 
 
+def row_by_row_words(rms_heldout_rows: float | None, shown: Shown) -> str:
+    """Return what single rows held out say where whole blocks are held out, as the end of a clause; else nothing."""
+    return "" if rms_heldout_rows is None else f" (row by row: {shown.with_unit(rms_heldout_rows)})"
+
+
 def _fall(diagnosis: Diagnosis, shown: Shown) -> str:
     before, after = shown.with_unit(diagnosis.rms_before), shown.with_unit(diagnosis.rms_after)
     change = f"falls from {before} to {after}" if diagnosis.rms_after < diagnosis.rms_before else f"stays at {after}"
@@ -190,8 +195,9 @@ def _unknown(diagnosis: Diagnosis, shown: Shown) -> str:
     before = f" after {joined(found)}" if found else ""
     may_be = " or ".join(noun(name) for name in diagnosis.suspected)
     explained = f"may be {may_be}, which this plan cannot show" if may_be else "nothing in the library explains"
+    again = "repeats and that " if diagnosis.noise.from_repeats else ""
     return (
-        f"Structure is left{before} that repeats and that {explained}"
+        f"Structure is left{before} that {again}{explained}"
         f"{unknown_words(diagnosis.unknown, diagnosis.dataset.units.position)}: {_quantity(diagnosis)} "
         f"{_fall(diagnosis, shown)}; {floor_words(diagnosis.noise, shown)}.{curve_words(diagnosis.curve, shown)}"
     )

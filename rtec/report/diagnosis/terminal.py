@@ -14,7 +14,7 @@ from rtec.inference.model import Model
 from rtec.inference.results import Diagnosis
 from rtec.report.diagnosis.chapters import CandidateRow, SearchText, search_text, where_rows
 from rtec.report.diagnosis.quantities import parameter_texts, shown_for
-from rtec.report.diagnosis.sentence import heldout_words, term_words
+from rtec.report.diagnosis.sentence import heldout_words, row_by_row_words, term_words
 
 if TYPE_CHECKING:
     from rtec.inference.compare import Comparison
@@ -57,7 +57,8 @@ def comparison_table(comparison: Comparison) -> Group:
     table.add_column(f"mean there ({shown.symbol})", justify="right")
     for row in where_rows(comparison, shown):
         table.add_row(Text(row.quantity), row.share, Text(row.place), row.mean)
-    by = Text(f"held out {heldout_words(comparison.heldout_by)}", style="dim")
+    rows = row_by_row_words(comparison.rms_heldout_rows, shown)
+    by = Text(f"held out {heldout_words(comparison.heldout_by)}{rows}", style="dim")
     return Group(table, by) if comparison.where else Group(by)
 
 

@@ -102,7 +102,7 @@ def test_an_added_tie_is_told():
 
 
 def test_a_second_one_of_the_same_form_is_refused():
-    data = measured(lambda x, way, t, run: 2e-5 * x * (run > 2))
+    data = measured(lambda x, way, t, run: 2e-5 * x * (run > 2), timed=False)
     heat = {"temperature": 20.0 + 5.0 * (data.conditions.run > 2)}
     data = replace(data, conditions=replace(data.conditions, temperatures=heat))
     one = add("thermal_growth", data).model.terms[0]

@@ -254,10 +254,13 @@ def test_growth_about_a_point_far_beyond_the_axis_is_a_shift(effect, shape):
     assert forms_of(effect).implausible(c, fixed, np.array([1.2e-5])) is None
 
 
-def test_one_sensor_is_followed_once_and_another_beside_it():
+def test_one_sensor_is_followed_with_two_lags_that_differ_and_another_beside_it():
     c = at(np.zeros(9))
     for effect, kind in ((ThermalShift(), HeatShape), (ThermalGrowth(), GrowthShape)):
-        assert crowded(effect, c, kind("bed"), [kind("bed", 60.0)]) == "bed is followed already"
+        assert crowded(effect, c, kind("bed"), [kind("bed")]) == "bed is followed already"
+        assert crowded(effect, c, kind("bed", 150.0), [kind("bed", 60.0)]) == "bed is followed already"
+        assert crowded(effect, c, kind("bed", 600.0), [kind("bed", 60.0)]) is None
+        assert crowded(effect, c, kind("bed", 600.0), [kind("bed"), kind("bed", 60.0)]) == "bed is followed already"
         assert crowded(effect, c, kind("bed"), [kind("head")]) is None
 
 

@@ -54,7 +54,6 @@ def test_beyond_its_range_the_ends_are_held():
     ("one", "why"),
     [
         (term("drift", [1.0]), "changes with time"),
-        (term("thermal_growth", [1.0], sensor="temperature"), "changes with time or temperature"),
         (term("servo_lag", [1.0]), "velocity"),
         (term("acceleration_lag", [1.0]), "acceleration"),
     ],

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from rtec.axis import Dwell, Encoder, Program, Servo, plan
-from rtec.errors import ArgumentError
+from rtec.heat.approach import approach
 from rtec.injector import Design
-from rtec.machine import TRACE_COLUMNS, Growth, Machine, run_machine
+from rtec.machine import TRACE_COLUMNS, Machine, run_machine
 from rtec.predictors import growth
-from rtec.requester.thermometers import Thermometer
 from tests.machines import LIMITS, box_of
 
 GROWTH_MM = 0.010
@@ -23,9 +22,8 @@ def held(design, state, *, final_mm=GROWTH_MM, servo=None):
         injector=box,
         encoder=Encoder(count_mm=COUNT_MM, home_state=state),
         servo=servo or Servo(),
-        growth=Growth(final_mm=final_mm, time_constant_s=1.0),
+        heat=approach(shift_mm=final_mm, rise_k={"axis": 5.0}, time_constant_s=1.0),
         model=growth("axis", final_mm / 5.0),
-        thermometers=(Thermometer(name="axis", rise_k=5.0, time_constant_s=1.0),),
     )
     motion = plan(Program(blocks=(Dwell(seconds=12.0),)), LIMITS)
     result = run_machine(machine, motion, trace_every=1)
@@ -82,11 +80,3 @@ def test_growth_is_a_first_order_approach():
     times = result.trace[:, TRACE_COLUMNS.index("time_s")]
     grown = result.trace[:, TRUE] - result.trace[:, TRACE_COLUMNS.index("encoder_mm")]
     assert grown == pytest.approx(GROWTH_MM * (1.0 - np.exp(-times)), abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    "bad", [{"final_mm": float("nan")}, {"final_mm": 11.0}, {"time_constant_s": 0.0}, {"time_constant_s": 1e400}]
-)
-def test_growth_out_of_range_is_refused(bad):
-    with pytest.raises(ArgumentError, match=next(iter(bad))):
-        Growth(**bad)

@@ -89,7 +89,7 @@ def test_a_curve_is_of_position_and_direction_alone():
             bound_curve(wrong)
 
 
-@pytest.mark.parametrize("names", [["bed", "bed"], ["Bed"], [f"t{k}" for k in range(9)], [3], [""]])
+@pytest.mark.parametrize("names", [["bed", "bed"], ["Bed"], [3], [""]])
 def test_sensors_have_names_of_their_own(names):
     with pytest.raises(ArgumentError, match="temperatures"):
         sensor_names(names)

@@ -39,7 +39,7 @@ def model(narx, observe="deviation", **more):
 
 def asked(made, times_s, speeds):
     """Call the compiled function as the PC does."""
-    _, numbers, _, _, _, inputs, memory, _, sd = bound(made)
+    _, numbers, _, _, _, inputs, memory, _, sd, *_ = bound(made)
     found = []
     for inputs[1], inputs[0] in zip(times_s, speeds, strict=True):
         found.append(made.function(numbers, inputs, memory, sd))

@@ -23,7 +23,7 @@ LATHE = builtin_study()
 SMALL = replace(
     LATHE, name="small", title="x axis of nothing", unit="um", repeatability_mm=0.001, period_mm=PERIOD_MM,
     predictor="lathe", left_out=(), plan=replace(LATHE.plan, feed_mm_s=21.0),
-    growth=replace(LATHE.growth, final_mm=0.010), seed=7,
+    hold_growth_mm=0.010, seed=7,
 )  # fmt: skip
 
 

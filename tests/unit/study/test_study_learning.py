@@ -9,7 +9,7 @@ import pytest
 from rtec.effects import Conditions
 from rtec.errors import ArgumentError
 from rtec.injector import Design
-from rtec.machine import Growth, Laser
+from rtec.machine import Laser
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import BidirectionalTable, LatheNetwork
 from rtec.study import builtin_study, run_study
@@ -144,7 +144,7 @@ def short(**changes):
     )
     values = {
         "plan": plan, "calibration": replace(plan, increment_mm=2.54, runs=3), "axis_error": error,
-        "laser": Laser(dwell_s=2.0), "feeds_mm_s": (), "growth": Growth(final_mm=0.01, time_constant_s=1.0),
+        "laser": Laser(dwell_s=2.0), "feeds_mm_s": (), "hold_growth_mm": 0.01, "hold_time_constant_s": 1.0,
         "designs": (Design.B,), "period_mm": None,
     } | changes  # fmt: skip
     return replace(builtin_study(), **values)

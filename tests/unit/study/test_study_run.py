@@ -9,7 +9,7 @@ from rtec.board import Microcontroller
 from rtec.controller import IllegalPolicy, ReceiverSettings
 from rtec.errors import ArgumentError
 from rtec.injector import Design
-from rtec.machine import Ending, Growth, Laser
+from rtec.machine import Ending, Laser
 from rtec.machine.faults import Fault, FaultKind, Trigger
 from rtec.metrology import MeasuringPlan
 from rtec.predictors import LatheNetwork
@@ -41,7 +41,7 @@ def small(**changes):
     )
     values = {
         "plan": plan, "laser": Laser(dwell_s=2.0), "feeds_mm_s": (50 * INCH_MIN,),
-        "growth": Growth(final_mm=0.01, time_constant_s=1.0),
+        "hold_growth_mm": 0.01, "hold_time_constant_s": 1.0,
     } | changes  # fmt: skip
     return replace(given(), **values)
 
