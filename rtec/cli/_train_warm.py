@@ -120,4 +120,14 @@ def _write(path: Path, result: WarmComparison, pick: str | None, *, force: bool)
     if row is None or not row.works:
         why = "no row is chosen" if row is None or row.reason is None else row.reason
         raise ArgumentError("-o" if pick is None else "--pick", pick or "the chosen row", "a row with a figure", why)
+    from rtec.predictors import KnownPredictor, write_predictor
+    from rtec.training.warm_file import model_of
+
+    (observe,) = row.channels
+    known = KnownPredictor(
+        predictor=model_of(row.channels[observe], observe, result.parts),
+        name=row.name,
+        source=Path(result.parts.log.source).name,
+    )
+    write_predictor(path, known)
     return {"model": str(path), "written": row.name}

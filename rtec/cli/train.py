@@ -92,10 +92,9 @@ def train(
     A log of displacements over time, with temperatures or spindle_rpm, trains models of a warm machine: its last
     speeds are held out.
 
-    Example: rtec train z_axis.csv --heldout check.csv -o best.toml
-    Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
+    Example: rtec train z_axis.csv --heldout check.csv --budget "2 min" --figure errors.png -o best.toml
+    Example: rtec train spindle.csv --observe ch3 --figure spindle.png -o ch3.toml
     Example: rtec train --dynamic drive.csv --axis x -o motion.toml --json
-    Example: rtec train spindle.csv --observe ch3 --heldout other_day.csv --figure spindle.png -o ch3.toml
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")

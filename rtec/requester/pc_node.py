@@ -11,7 +11,7 @@ from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.predictors import Model
-from rtec.predictors._kernels import AXES, INSIDE, SD
+from rtec.predictors._kernels import AXES, INSIDE, OUTSIDE, SD
 from rtec.predictors.binding import bound, check_axis, outside_input, sees_axes
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.settings import HandshakeSettings, PcState
@@ -71,6 +71,8 @@ class PcView:
     """How long the last answer took, from the request to the frame that says it is completed."""
     sd_mm: float | None
     """Standard deviation of the last prediction; None where the model gives none."""
+    outside: str
+    """Input that is outside the model's ranges now; empty where none is."""
     outside_s: float
     """For how long the present model has had no answer: an input was outside its ranges."""
     outside_input: str
@@ -250,6 +252,7 @@ class PcNode:
                 trip_position_counts=int(n.trip_position),
             ),
             answer_s=int(n.answer_ps) / PS_PER_S,
+            outside=outside_input(self._predictor, int(self._model[OUTSIDE][0])),
             outside_s=int(n.pc.outside_turns * n.pc.period_ps) / PS_PER_S,
             outside_input=outside_input(self._predictor, int(n.pc.outside_input)),
             sd_mm=None if math.isnan(sd_mm := float(self._model[SD][0])) else sd_mm,

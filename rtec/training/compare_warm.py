@@ -10,16 +10,18 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from rtec.dataset.warm_log import WarmLog
-from rtec.errors import ArgumentError
+from rtec.errors import RtecError
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.training.warm_intervals import calibrated_factor, half_widths
-from rtec.training.warm_methods import ModelFit, WarmMethod, WarmTask, warm_methods
+from rtec.training.warm_methods import WarmMethod, warm_methods
 from rtec.training.warm_parts import WarmParts, parts_of
 from rtec.training.warm_results import ChannelFit, SensorRow, WarmComparison, WarmKind, WarmRow
 from rtec.training.warm_sensors import sensor_rows, updated_hourly
+from rtec.training.warm_task import ModelFit, WarmTask
 
-NO_WORSE = 1.05
-"""Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen."""
+NO_WORSE = 1.2
+"""Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen. Blocks are few, so
+that no error by blocks is known better than that."""
 PERSISTENCE = "persistence"
 BEYOND = 0.02
 """Of the range of an input in training: so much farther out is outside of it."""
@@ -60,8 +62,8 @@ def compare_warm(
     Notes
     -----
     All choices, of features, settings, sensors and of the row, are made by the error of training blocks that are left
-    out in turn. Chosen is, of the rows whose error by blocks is at most 5 % above the lowest, the one with the fewest
-    numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
+    out in turn. Chosen is, of the rows whose error by blocks is at most a fifth above the lowest, the one with the
+    fewest numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
     """
     parts = parts_of(log, heldout)
     chosen_methods = tuple(methods or warm_methods())
@@ -103,7 +105,7 @@ def _rows(
             task.until_s = time.perf_counter() + left_s / (len(methods) - place)
             try:
                 row = _judged(row, method, task)
-            except ArgumentError as error:
+            except RtecError as error:
                 reason = str(error)
             except np.linalg.LinAlgError:
                 reason = "its equations have no answer: too few rows, or columns that say the same"

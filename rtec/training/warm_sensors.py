@@ -11,7 +11,7 @@ from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.warm.linear import fit_ridge
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature
-from rtec.training.warm_methods import few_columns, scaled_columns, weights_of
+from rtec.training.warm_features import few_columns, scaled_columns, weights_of
 from rtec.training.warm_parts import WarmParts
 from rtec.training.warm_results import SensorRow
 from rtec.training.warm_scout import SHARES, BlockSums
@@ -25,7 +25,7 @@ def sensor_rows(parts: WarmParts) -> tuple[SensorRow, ...]:
     """Return the best set of one thermometer, of two, ... of six, and all of them; empty without a thermometer.
 
     Every set is judged by a ridge regression on its thermometers and on the heat of the spindle behind by two time
-    constants (without a speed on the thermometers behind by them), by blocks that are left out. A set grows by the
+    constants (without a speed: on the thermometers behind by them), by blocks that are left out. A set grows by the
     thermometer that helps most; then each is exchanged for another one where that helps. All is repeated without each
     block of the training part.
     """

@@ -74,7 +74,7 @@ def test_a_model_without_a_range_takes_that_of_its_maps_or_asks(here, said):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["m.toml"], "--linuxcnc F.comp, --csv F.csv or --c F.c"),
+        (["m.toml"], "--linuxcnc, --sinumerik, --heidenhain, --csv or --c with a file, or --gcode PART.nc -o OUT.nc"),
         (["m.toml", "--csv", "m.toml"], "m.toml exists"),
         (["m.toml", "--csv", "z.csv", "--from", "400 mm"], "--from: 400 mm"),
         (["m.toml", "--csv", "z.csv", "--to", "300"], "unit"),
