@@ -120,7 +120,7 @@ def correct_program(
                 waiting.append(line)
                 written += 1
                 if len(waiting) >= _AT_ONCE:
-                    progress(min(file.buffer.tell() / size, 1.0))
+                    progress(min(os.lseek(file.fileno(), 0, os.SEEK_CUR) / size, 1.0))
                     whole.write("".join(waiting).encode(_BYTES, errors="replace"))
                     waiting.clear()
             whole.write("".join(waiting).encode(_BYTES, errors="replace"))
