@@ -9,7 +9,7 @@ import live as live_nodes
 from figures import Bar, Figure, Setting, number, on_cores
 from open_path_job import WrongResultError
 
-from rtec.campaign.soak import SoakPlan, run_soak
+from rtec.verify.safety.soak import SoakPlan, run_soak
 
 MS = 10**9
 

@@ -15,19 +15,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from motion_outcomes import Outcome, outcome_of
 from scipy.stats import binomtest
 
 from rtec.axis import Dwell, Move, Program
 from rtec.axis.motion import MotionKind
-from rtec.conformance import cases
-from rtec.conformance.built_in import BuiltIn
-from rtec.conformance.contract import Contract
-from rtec.conformance.motions import AIMED, insertion_window, motion_for, stream_of
-from rtec.conformance.trials import Case, Trials
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.readable import hertz_text
 from rtec.report.rendering import markdown_page
+from rtec.verify.contract import cases
+from rtec.verify.contract.built_in import BuiltIn
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.motion_outcome import Outcome, outcome_of
+from rtec.verify.contract.motions import AIMED, insertion_window, motion_for, stream_of
+from rtec.verify.contract.trials import Case, Trials
 
 TOP_HZ = {Processor.FAST: 500e3, Processor.MCS51: 100e3}
 HARD_HZ_S = (1e9, 1e10)

@@ -19,10 +19,10 @@ from pathlib import Path
 from into_page import print_or_write
 
 from rtec.board import MICROCONTROLLERS
-from rtec.campaign.envelope import EnvelopePlan, EnvelopeRow, find_envelope
 from rtec.cli import main as rtec
 from rtec.injector import Design
 from rtec.readable import hertz_text
+from rtec.verify.envelope.rows import EnvelopePlan, EnvelopeRow, find_envelope
 
 HEADINGS = (
     "processor",

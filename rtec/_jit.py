@@ -7,6 +7,8 @@ Compiled functions live in files named ``*_kernels.py``. Their machine code is c
 from __future__ import annotations
 
 import functools
+import hashlib
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
@@ -117,6 +119,20 @@ def is_compiled(module: str) -> bool:
     """Return whether machine code of a module's kernels, such as ``rtec.machine._loop_kernels``, is kept already."""
     file = PACKAGE.parent.joinpath(*module.split(".")).with_suffix(".py")
     return bool(config.DISABLE_JIT) or _machine_code.is_kept(PACKAGE, file)
+
+
+def source_digest(module: str) -> str:
+    """Return a digest of a module and of all of rtec that it imports, of the compiler and of Python."""
+    file = importlib.import_module(module).__file__
+    if file is None:
+        raise ImportError(f"{module} has no file")
+    return _machine_code.digest_of(Path(file).resolve(), PACKAGE.parent)
+
+
+def cpu_target() -> str:
+    """Return the processor that numba compiles for, and a digest of its abilities; ``NUMBA_CPU_NAME`` chooses one."""
+    name, features = numba.core.registry.cpu_target.target_context.codegen().magic_tuple()[1:3]
+    return f"{name} {hashlib.sha256(features.encode()).hexdigest()[:8]}"
 
 
 def prepared(function: Any, *arguments: object) -> Any:

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from rtec.conformance import cases
-from rtec.conformance._verilog_runs import SETTLE_TICKS, Runs, response_of, stream_rows
-from rtec.conformance.contract import Contract
-from rtec.conformance.suite import check_algorithm
-from rtec.conformance.trials import Case, Run, Trials
-from rtec.conformance.verilog_pins import Active, Pins
 from rtec.errors import ArgumentError, RtecError, nearest
 from rtec.injector import Response, Stimulus
+from rtec.verify.contract import cases
+from rtec.verify.contract._verilog_runs import SETTLE_TICKS, Runs, response_of, stream_rows
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.suite import check_algorithm
+from rtec.verify.contract.trials import Case, Run, Trials
+from rtec.verify.contract.verilog_pins import Active, Pins
 
 try:
     import cocotb

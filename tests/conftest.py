@@ -22,8 +22,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 HERE = Path(__file__).parent
 LONG = (
-    "unit/campaign/test_firmware_check.py", "unit/campaign/test_safety.py", "recovery", "unit/machine",
-    "unit/campaign", "differential", "unit/conformance", "unit/cli", "unit/inference",
+    "unit/verify/firmware/test_firmware_check.py", "unit/verify/safety/test_safety.py", "recovery", "unit/machine",
+    "unit/verify", "differential", "unit/cli", "unit/inference",
 )  # fmt: skip
 """Files and folders that take longest begin, so that no worker is left alone with one in the end.
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rtec.conformance._python_child import Player
-from rtec.conformance.python_class import response_of
 from rtec.injector import Response, Totals
+from rtec.verify.contract._python_child import Player
+from rtec.verify.contract.python_class import response_of
 
 
 class InProcess:

@@ -13,14 +13,14 @@ from pathlib import Path
 from types import ModuleType
 
 import rtec.examples.designs as right_ones
-from rtec.conformance.contract import Contract
-from rtec.conformance.hunt import hunt
-from rtec.conformance.python_class import PythonClass
-from rtec.conformance.suite import TRIES, check_algorithm
-from rtec.conformance.trials import Run, Trials
 from rtec.examples import late_mutants, mutants
 from rtec.injector import Design
 from rtec.report.rendering import markdown_page
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.hunt import hunt
+from rtec.verify.contract.python_class import PythonClass
+from rtec.verify.contract.suite import TRIES, check_algorithm
+from rtec.verify.contract.trials import Run, Trials
 
 SEEDS = range(5)
 FILE = Path(mutants.__file__)

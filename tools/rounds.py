@@ -27,7 +27,6 @@ from rtec.blind.confusion import seed_of
 from rtec.blind.game import again, play
 from rtec.blind.plan import PLANS
 from rtec.blind.scenario import Scenario
-from rtec.blind.scored import wilson
 from rtec.dataset.load import load_dataset
 from rtec.effects.experiments import Ask
 from rtec.errors import ArgumentError
@@ -36,6 +35,7 @@ from rtec.inference.next_plan import next_plan
 from rtec.inference.suggested_plan import suggested_plan
 from rtec.jobs import JobPool
 from rtec.metrology import Measurement, read_experiment, write_experiment
+from rtec.rates import wilson
 from rtec.report.rendering import markdown_page
 
 BAR = 0.95

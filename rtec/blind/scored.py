@@ -7,46 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from rtec.blind.line import Line
-
-_Z = 1.959963984540054
-"""Quantile of the normal distribution for an interval of 95 %."""
-
-
-def wilson(right: int, trials: int) -> tuple[float, float]:
-    """Return the Wilson score interval of a share, of 95 %.
-
-    Parameters
-    ----------
-    right, trials
-        Counts.
-
-    Returns
-    -------
-    tuple of float
-        Lower and upper bound, between 0 and 1; all of it where there are no trials.
-
-    Notes
-    -----
-    The shares p for which ``|right/trials - p| <= z sqrt(p (1 - p) / trials)``.
-
-    References
-    ----------
-    E. B. Wilson, Probable inference, the law of succession, and statistical inference, J. Am. Stat. Assoc. 22
-    (1927) 209.
-
-    Examples
-    --------
-    >>> low, high = wilson(190, 200)
-    >>> round(low, 4), round(high, 4)
-    (0.9104, 0.9726)
-    """
-    if trials == 0:
-        return 0.0, 1.0
-    share = right / trials
-    middle = share + _Z * _Z / (2.0 * trials)
-    half = _Z * math.sqrt(share * (1.0 - share) / trials + _Z * _Z / (4.0 * trials * trials))
-    scale = 1.0 + _Z * _Z / trials
-    return max((middle - half) / scale, 0.0), min((middle + half) / scale, 1.0)
+from rtec.rates import wilson
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from rtec.blind.answer import Rule
-from rtec.blind.scored import LineScore, wilson
+from rtec.blind.scored import LineScore
+from rtec.rates import wilson
 
 _RARE = 0.02
 _OTHER = "another"

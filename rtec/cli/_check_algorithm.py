@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtec.cli._parameters import apart
-from rtec.conformance.contract import Contract
 from rtec.errors import ArgumentError, meant
 from rtec.injector import Algorithm, Design
+from rtec.verify.contract.contract import Contract
 
 if TYPE_CHECKING:
     from rtec.cli.check import ContractOptions, Options, RunnerOptions
@@ -70,7 +70,7 @@ def choose(options: Options) -> Chosen:
 
 
 def _python(options: Options, file: Path, name: str) -> Chosen:
-    from rtec.conformance.python_class import PythonClass
+    from rtec.verify.contract.python_class import PythonClass
 
     _refuse_others(options.runner, "Python")
     contract = _contract(options.contract)
@@ -83,8 +83,8 @@ def _python(options: Options, file: Path, name: str) -> Chosen:
 
 
 def _verilog(options: Options) -> Chosen:
-    from rtec.conformance.verilog import VerilogAlgorithm
-    from rtec.conformance.verilog_pins import Pins
+    from rtec.verify.contract.verilog import VerilogAlgorithm
+    from rtec.verify.contract.verilog_pins import Pins
 
     _refuse_others(options.runner, "Verilog")
     if options.runner.clock_ps is None:
@@ -105,9 +105,9 @@ def _verilog(options: Options) -> Chosen:
 def _machine_code(options: Options) -> Chosen:
     from firmware_model import read_hex
     from rtec.board import Microcontroller
-    from rtec.campaign.firmware_algorithm import Firmware
-    from rtec.campaign.firmware_check_bench import Bench
     from rtec.cli._image import as_bad_input, with_part
+    from rtec.verify.firmware.algorithm import Firmware
+    from rtec.verify.firmware.bench import Bench
 
     _refuse_others(options.runner, "machine code")
     if options.contract.design is None:
@@ -125,8 +125,8 @@ def _machine_code(options: Options) -> Chosen:
 
 
 def _built_in(options: Options) -> Chosen:
-    from rtec.conformance.built_in import BuiltIn
     from rtec.injector import InjectorSettings, Processor, RealEdges, Timing
+    from rtec.verify.contract.built_in import BuiltIn
 
     _refuse_others(options.runner, "a design of rtec")
     design = Design.named(options.algorithm)

@@ -33,6 +33,7 @@ VERBS = {
     "check": "Hold any insertion algorithm to the contract of a corrector, and hunt for the stream that breaks it.",
     "envelope": "Find the largest safe encoder frequency of each design on each processor, and what breaks first.",
     "safety": "Inject every fault in every phase of operation, and compare what the controller counts in the end.",
+    "campaign": "Carry out a plan of many jobs, resume it where it was left, and say what was tried and what failed.",
     "iso230": "Judge positioning tests: figures of ISO 230-2 and VDI/DGQ 3441, their uncertainty, what speaks "
     "against them.",
     "box": "Run axes with their boxes on a live bus, for any PC software to talk to.",

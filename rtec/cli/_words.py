@@ -26,6 +26,8 @@ FAULTS = (
 """Classes of ``rtec safety``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
+CAMPAIGNS = ("safety", "soak", "envelope", "motions")
+"""Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (
     "canalystii", "cantact", "etas", "gs_usb", "iscan", "ixxat", "kvaser", "neousys", "neovi", "nican", "nixnet",

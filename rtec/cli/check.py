@@ -38,10 +38,10 @@ from rtec.units import FREQUENCY, SWEEP
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
     from rtec.cli._check_algorithm import Chosen
-    from rtec.conformance.results import Verdict
-    from rtec.conformance.streams import Stream
-    from rtec.conformance.trials import Run
     from rtec.injector import Design, Processor, RealEdges
+    from rtec.verify.contract.results import Verdict
+    from rtec.verify.contract.streams import Stream
+    from rtec.verify.contract.trials import Run
 
     Clock = tuple[int, int]
     """A period in ps as a ratio."""
@@ -59,7 +59,7 @@ class ContractOptions(OptionGroup):
     step_counts: int | None = whole("--step", "Counts of one step.", low=1)
     states: States | None = named(
         "--states",
-        "rtec.conformance.contract:states_of",
+        "rtec.verify.contract.contract:states_of",
         "00|00,11|all",
         "Levels of A and B in which it inserts at rest; all.",
     )
@@ -84,7 +84,7 @@ class RunnerOptions(OptionGroup):
 
     clock_ps: Clock | None = named(
         "--clock",
-        "rtec.conformance.verilog:clock_of",
+        "rtec.verify.contract.verilog:clock_of",
         "50MHz",
         "Verilog's clock; a Python class then sees ticks only.",
     )
@@ -164,7 +164,7 @@ def check(
     seed: int = whole("--seed", "Of the hunt and the adversary.", low=0, default=0),
     stream: Stream | None = named(
         "--stream",
-        "rtec.conformance.streams:Stream.given",
+        "rtec.verify.contract.streams:Stream.given",
         "TEXT|FILE",
         "Play one stream only, as a failed check prints it.",
     ),
@@ -208,9 +208,9 @@ def _hold(
     as_json: bool,
 ) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
-    from rtec.conformance.motions import motion_cases
-    from rtec.conformance.suite import check_algorithm
     from rtec.report.terminal_check import show
+    from rtec.verify.contract.motions import motion_cases
+    from rtec.verify.contract.suite import check_algorithm
 
     more = None if motion is None else motion_cases(motion.kind, program=motion.program, seed=seed)
     with _console.progress("check", lines=chosen.faster) as progress:
@@ -243,9 +243,9 @@ def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:
 
 
 def _play(words: list[str], chosen: Chosen, stream: Stream, files: _Files, *, as_json: bool) -> bool:
-    from rtec.conformance.streams import why_it_cannot_be
-    from rtec.conformance.trials import Case, Trials
     from rtec.errors import ArgumentError
+    from rtec.verify.contract.streams import why_it_cannot_be
+    from rtec.verify.contract.trials import Case, Trials
 
     if why := why_it_cannot_be(stream, chosen.contract):
         allowed = "one that it can send, or another --frequency, --jitter or --acceleration"
@@ -289,7 +289,7 @@ def _write(run: Run | None, name: str, files: _Files) -> dict[str, str]:
 
             write_figure(partial(case_figure, run, name), file)
         else:
-            from rtec.conformance.trials import write_run
+            from rtec.verify.contract.trials import write_run
 
             write_run(run, file)
         made[kind] = str(file)

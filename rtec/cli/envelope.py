@@ -28,8 +28,8 @@ from rtec.io import FIGURES
 
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
-    from rtec.campaign.envelope_motion import InMotion
     from rtec.injector import Design
+    from rtec.verify.envelope.motion import InMotion
 
 
 def envelope(
@@ -69,9 +69,9 @@ def envelope(
     """
     from firmware_model import read_hex
     from rtec.board import MICROCONTROLLERS
-    from rtec.campaign.envelope import EnvelopePlan, find_envelope
     from rtec.cli._image import as_bad_input
     from rtec.injector.design import IN_PATH, Design
+    from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
 
     with_motion = {"--acceleration": acceleration_hz_s is not None, "--seed": seed is not None}
     without = {"--jitter": jitter_ps != 0, "--exhaustive": exhaustive, "--nothing-owed": nothing_owed}
@@ -120,7 +120,7 @@ def _check_motion(motion: AskedMotion | None, with_it: Mapping[str, bool], witho
 
 def _in_motion(motion: AskedMotion, acceleration_hz_s: float | None, seed: int | None) -> InMotion:
     from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
-    from rtec.campaign.envelope_motion import InMotion
+    from rtec.verify.envelope.motion import InMotion
 
     if seed is not None and motion.kind is not MotionKind.ADVERSARY:
         raise apart("--seed", f"--motion {motion.kind.value}", "nothing in it is random")

@@ -20,9 +20,9 @@ from rtec.units import FREQUENCY
 
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
-    from rtec.campaign.firmware_check import FirmwareCheckPlan
-    from rtec.campaign.firmware_check_results import Check, FirmwareVerdict
     from rtec.injector import Design
+    from rtec.verify.firmware.check import FirmwareCheckPlan
+    from rtec.verify.firmware.results import Check, FirmwareVerdict
 
 _LISTED = 12
 """Instructions shown before a failure; --json holds more."""
@@ -73,7 +73,7 @@ def check(
     Example: rtec firmware check mine.ihx --design original --no-hold-latch --figure mine.png
     """
     from firmware_model import read_hex
-    from rtec.campaign.firmware_check import FirmwareCheckPlan, check_firmware
+    from rtec.verify.firmware.check import FirmwareCheckPlan, check_firmware
 
     with as_bad_input():
         plan = FirmwareCheckPlan(
@@ -122,7 +122,7 @@ def _write(verdict: FirmwareVerdict, figure: Path | None, vcd: Path | None) -> d
 def _again(image: Path, plan: FirmwareCheckPlan, words: list[str], verdict: FirmwareVerdict) -> str | None:
     """Return the command that plays the worst case again."""
     from rtec.cli.check import again
-    from rtec.conformance.contract import Contract
+    from rtec.verify.contract.contract import Contract
 
     suite = verdict.suite
     if suite is None or suite.worst is None:

@@ -17,10 +17,10 @@ from rtec.io import check_file, write_text
 from rtec.units import PS_PER_S
 
 if TYPE_CHECKING:
-    from rtec.campaign.safety import SafetyCase
-    from rtec.campaign.safety_matrix import MatrixPlan
-    from rtec.campaign.soak import SoakPlan
     from rtec.injector import Design
+    from rtec.verify.safety.case import SafetyCase
+    from rtec.verify.safety.matrix import MatrixPlan
+    from rtec.verify.safety.soak import SoakPlan
 
 _PS_PER_H = 3600 * PS_PER_S
 
@@ -62,7 +62,7 @@ def safety(
     for beside in (picture, table):
         if beside is not None:
             check_file("-o", beside, force=force)
-    from rtec.campaign.safety import make_case
+    from rtec.verify.safety.case import make_case
 
     hours = None if soak_ps is None else _soak_plan(soak_ps, seed)
     plan = _plan(fault or [], phase or [], design or [], seeds=seeds, first=first, seed=seed)
@@ -92,10 +92,10 @@ def _plan(faults: list[str], phases: list[str], designs: list[Design], **numbers
     ArgumentError
         A name of none.
     """
-    from rtec.campaign.safety_matrix import MatrixPlan
-    from rtec.campaign.safety_phases import Phase
-    from rtec.campaign.safety_variants import variants_named
     from rtec.injector import Design
+    from rtec.verify.safety.matrix import MatrixPlan
+    from rtec.verify.safety.phases import Phase
+    from rtec.verify.safety.variants import variants_named
 
     chosen: dict[str, Any] = dict(numbers)
     if phases:
@@ -113,7 +113,7 @@ def _soak_plan(soak_ps: int, seed: int) -> SoakPlan:
     ArgumentError
         A time that is out of range.
     """
-    from rtec.campaign.soak import SoakPlan
+    from rtec.verify.safety.soak import SoakPlan
 
     try:
         return SoakPlan(hours=soak_ps / _PS_PER_H, seed=seed)

@@ -115,7 +115,7 @@ class WarmMachine:
         duty
             Speed, feed and force over time.
         seed
-            From which the offsets of the thermometers are drawn.
+            From which the offsets of the thermometers are drawn: runs of one seed have the same thermometers.
         room, every_s, start_degc, chiller_runs
             As of `Network.run`; the room is the machine's own where none is given. ``run.heat.last_degc`` of another
             run starts a machine that is still warm.

@@ -2,7 +2,7 @@
 
 The four designs, the board with machine code, a Python class and Verilog are all algorithms in this sense. Whoever
 plays one sees two streams and the totals, and nothing of its inside. What has to hold between them stands in
-docs/algorithm.md and is tried by `rtec.conformance`.
+docs/algorithm.md and is tried by `rtec.verify.contract`.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtec.conformance.trials import Run
 from rtec.report.waveform import waveform
+from rtec.verify.contract.trials import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,10 +39,10 @@ def shown_ps(run: Run) -> tuple[int, int]:
 
     Examples
     --------
-    >>> from rtec.conformance.built_in import BuiltIn
-    >>> from rtec.conformance.contract import Contract
-    >>> from rtec.conformance.streams import Stream
-    >>> from rtec.conformance.trials import Case, Trials
+    >>> from rtec.verify.contract.built_in import BuiltIn
+    >>> from rtec.verify.contract.contract import Contract
+    >>> from rtec.verify.contract.streams import Stream
+    >>> from rtec.verify.contract.trials import Case, Trials
     >>> from rtec.injector import Design, InjectorSettings, Timing
     >>> trials = Trials(BuiltIn(InjectorSettings(design=Design.C, timing=Timing())), Contract.of(Design.C))
     >>> shown_ps(trials.one(Case(title="at rest", stream=Stream.read("00 1us:r1 9ms:end"))))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rtec.campaign.envelope import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 from rtec.injector import Design
 from rtec.readable import hertz_text
 from rtec.report.appearance import look_of
 from rtec.report.figures_margin import draw_bands, name_bands
 from rtec.report.figures_style import guide, legend_above, new_figure
 from rtec.report.palette import GRID, INK
+from rtec.verify.envelope.rows import GOAL_HZ, MODERATE_HZ, RAPID_HZ, EnvelopeRow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

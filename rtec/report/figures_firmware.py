@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rtec.campaign.firmware_check_results import FirmwareVerdict, Trace
 from rtec.injector import Design
 from rtec.report.appearance import look_of
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import ALARM, DOTTED, MOMENT
 from rtec.report.waveform import Groups, View, draw_groups, height_of, side_rows
 from rtec.units import PS_PER
+from rtec.verify.firmware.results import FirmwareVerdict, Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

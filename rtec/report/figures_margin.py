@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rtec.conformance.frequencies import Does, Frequencies
-from rtec.conformance.results import Verdict
 from rtec.errors import ArgumentError
 from rtec.readable import hertz_text
 from rtec.report.figures_style import guide, legend_above, new_figure
 from rtec.report.palette import ALARM, BLUE, GUIDE_LINE, INK, PAPER
+from rtec.verify.contract.frequencies import Does, Frequencies
+from rtec.verify.contract.results import Verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

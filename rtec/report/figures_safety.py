@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rtec.campaign.safety_matrix import Matrix, Outcome
-from rtec.campaign.safety_phases import Phase
 from rtec.injector import Design
 from rtec.report.figures_style import new_figure
 from rtec.report.palette import ALARM, DELAYED, EDGE, INK, PAPER, SAFE, STOPPED, UPSTREAM
+from rtec.verify.safety.matrix import Matrix, Outcome
+from rtec.verify.safety.phases import Phase
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from statistics import median
 
-from rtec.campaign.safety import LIMIT_MM, SafetyCase, detection_of
-from rtec.campaign.safety_matrix import LATE_S, Outcome, Trial
-from rtec.campaign.safety_variants import Variant, impossible
-from rtec.campaign.soak import Soak
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.machine.faults import FaultKind
 from rtec.report.rendering import csv_text, markdown_page
+from rtec.verify.safety.case import LIMIT_MM, SafetyCase, detection_of
+from rtec.verify.safety.matrix import LATE_S, Outcome, Trial
+from rtec.verify.safety.soak import Soak
+from rtec.verify.safety.variants import Variant, impossible
 
 TEMPLATE = Path(__file__).with_name("safety.md.j2")
 _FAULT_COLUMNS = (

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rtec.conformance.results import Verdict
+from rtec.verify.contract.results import Verdict
 
 RESULTS = {True: Text("passed", style="green"), False: Text("FAILED", style="bold red"), None: Text("not tried")}
 

@@ -12,7 +12,7 @@ from rtec.readable import hertz_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rtec.campaign.envelope import EnvelopeRow
+    from rtec.verify.envelope.rows import EnvelopeRow
 
 _HEADINGS = ("processor", "design", "500 kHz", "inserts to", "safe to", "limited by")
 _WORDS = ("processor", "design", "500 kHz", "limited by")

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.table import Table
 
-from rtec.campaign.safety_matrix import Matrix, Outcome, Trial
-from rtec.campaign.safety_phases import Phase, hyphened
+from rtec.verify.safety.matrix import Matrix, Outcome, Trial
+from rtec.verify.safety.phases import Phase, hyphened
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rtec.campaign.safety import SafetyCase
-    from rtec.campaign.soak import Soak
     from rtec.injector import Design
+    from rtec.verify.safety.case import SafetyCase
+    from rtec.verify.safety.soak import Soak
 
 _WORDS = {
     Outcome.NOT_APPLICABLE: "-",

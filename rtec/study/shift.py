@@ -18,13 +18,15 @@ from rtec.machine import Ending, Machine, MeasuringRun, repeated_run, run_machin
 from rtec.predictors import BidirectionalTable
 from rtec.predictors.binding import OF_TEMPERATURE
 from rtec.predictors.warm.features import SPINDLE_SPEED
+from rtec.predictors.warm.regressor import Regressor
 from rtec.predictors.warm.warm_axis import WarmAxis
 from rtec.predictors.warm.warm_model import WarmModel
 from rtec.study.definition import Study
 from rtec.study.heat import HeatStudy
 from rtec.study.results import Floats, Shift, ShiftRow
-from rtec.training.warm_methods import WarmTask, warm_methods
+from rtec.training.warm_methods import warm_methods
 from rtec.training.warm_parts import parts_of
+from rtec.training.warm_task import WarmTask
 
 TITLES = {
     "uncompensated": "Uncompensated",
@@ -140,6 +142,9 @@ def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
 def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
     method = next(one for one in warm_methods() if one.name == heat.fit)
     fits = method.fit(WarmTask(parts=parts_of(log, log), seed=heat.seed)).channels
+    regressors = {name: fit.regressor for name, fit in fits.items() if isinstance(fit.regressor, Regressor)}
+    if len(regressors) < len(fits):
+        raise ArgumentError("heat.fit", repr(heat.fit), "a method whose model the PC can follow")
     ranges = {}
     for name, values in log.inputs.items():
         low, high = float(values.min()), float(values.max())
@@ -147,7 +152,7 @@ def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
     return tuple(
         WarmModel(
             features=fit.features,
-            regressor=fit.regressor,
+            regressor=regressors[name],
             observe=name,
             unit="um",
             ranges={each: ranges[each] for each in dict.fromkeys(one.of for one in fit.features)},

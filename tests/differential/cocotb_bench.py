@@ -8,11 +8,11 @@ import cocotb
 from cocotb.clock import Clock
 
 from rtec.cocotb import Bench, hold
-from rtec.conformance.contract import Contract
-from rtec.conformance.streams import Stream
-from rtec.conformance.verilog_pins import Pins
 from rtec.errors import RtecError
 from rtec.injector import Design
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.streams import Stream
+from rtec.verify.contract.verilog_pins import Pins
 
 ASKED = json.loads(os.environ.get("RTEC_ASKED", "{}"))
 

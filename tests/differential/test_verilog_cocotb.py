@@ -13,13 +13,13 @@ import pytest
 from verilog_modules import WIRES, pins_text
 
 import rtec.cocotb
-import rtec.conformance
-from rtec.conformance.streams import Stream
-from rtec.conformance.verilog import VerilogAlgorithm
-from rtec.conformance.verilog_pins import Pins
+import rtec.verify.contract
+from rtec.verify.contract.streams import Stream
+from rtec.verify.contract.verilog import VerilogAlgorithm
+from rtec.verify.contract.verilog_pins import Pins
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = Path(rtec.conformance.__file__).parents[1] / "examples"
+EXAMPLES = Path(rtec.verify.contract.__file__).parents[2] / "examples"
 needs_cocotb = pytest.mark.skipif(
     importlib.util.find_spec("cocotb") is None or shutil.which("iverilog") is None,
     reason="cocotb or Icarus Verilog (iverilog) is not installed",
@@ -153,5 +153,5 @@ def test_without_cocotb_it_says_what_to_install(tmp_path):
 
 
 def test_nothing_else_of_rtec_imports_cocotb():
-    code = "import sys, rtec.conformance.verilog, rtec.cli.check\nprint('cocotb' in sys.modules)"
+    code = "import sys, rtec.verify.contract.verilog, rtec.cli.check\nprint('cocotb' in sys.modules)"
     assert printed(code) == "False\n"

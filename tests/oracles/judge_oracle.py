@@ -1,13 +1,13 @@
 """What the contract of a corrector says of one run, written from its words, without compiled code.
 
 The run is a list of instants. After each of them the encoder, the controller and the completed total have a value;
-what the words of `rtec.conformance.judge.Fault` say is looked up in these lists, however long that takes.
+what the words of `rtec.verify.contract.judge.Fault` say is looked up in these lists, however long that takes.
 """
 
 from dataclasses import dataclass
 from itertools import pairwise
 
-from rtec.conformance.judge import Fault
+from rtec.verify.contract.judge import Fault
 
 FORWARD = {0: 1, 1: 3, 3: 2, 2: 0}
 """Levels A + 2 B, and those one count later."""

@@ -21,8 +21,8 @@ LONG = {
 MOST_BRANCHING = 8
 LIBRARIES = {"can": "python-can", "serial": "python-can"}
 """What is imported under another name than it is installed: pyserial is an extra of python-can."""
-BROUGHT_BY_THE_USER = {"cocotb", "pytest"}
-"""Libraries for users who have them already: of rtec.cocotb and of the fixtures."""
+BROUGHT_BY_THE_USER = {"cocotb", "distributed", "pyarrow", "pytest"}
+"""Libraries for users who have them already: of rtec.cocotb, of campaigns on a cluster, and of the fixtures."""
 EXCEPTION = re.compile(r"#\s*(?:noqa|type:\s*ignore)\b.*")
 REASONED = re.compile(r"#\s*(?:noqa:(?:\s*[A-Z]+\d+,?)+|type:\s*ignore\[[\w, -]+\])\s+(?:#|-)\s*\w.*")
 

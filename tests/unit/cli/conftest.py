@@ -8,7 +8,7 @@ import time
 import pytest
 
 from rtec.cli import main
-from rtec.conformance.endurance import Endured
+from rtec.verify.contract.endurance import Endured
 
 
 @pytest.fixture
@@ -81,5 +81,5 @@ def on_a_bus():
 def no_speeds(monkeypatch):
     """Leave out how fast and how deep it goes, most of the time of a check."""
     none = Endured(wrong=None, made=1, depth=0, limit="")
-    monkeypatch.setattr("rtec.conformance.suite.endure", lambda trials, kind: none)
-    monkeypatch.setattr("rtec.conformance.suite._Suite._speeds", lambda self, parts: None)
+    monkeypatch.setattr("rtec.verify.contract.suite.endure", lambda trials, kind: none)
+    monkeypatch.setattr("rtec.verify.contract.suite._Suite._speeds", lambda self, parts: None)

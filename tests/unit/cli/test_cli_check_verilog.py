@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from verilog_modules import WIRES, pins_text
 
-import rtec.conformance
+import rtec.verify.contract
 from rtec.cli import main
 
-EXAMPLES = Path(rtec.conformance.__file__).parents[1] / "examples"
+EXAMPLES = Path(rtec.verify.contract.__file__).parents[2] / "examples"
 needs_icarus = pytest.mark.skipif(
     shutil.which("iverilog") is None, reason="Icarus Verilog (iverilog) is not installed"
 )

@@ -11,14 +11,14 @@ import typer
 from rtec.axis.motion import MotionKind
 from rtec.blind.plan import PLANS
 from rtec.board import MICROCONTROLLERS
-from rtec.campaign.safety_phases import Phase, hyphened
-from rtec.campaign.safety_variants import VARIANTS
 from rtec.cli import application
 from rtec.effects import LIBRARY
 from rtec.effects.library import OF_LOOP
 from rtec.training import all_methods
 from rtec.training.dynamic_methods import dynamic_methods
 from rtec.training.dynamic_results import DynamicKind
+from rtec.verify.safety.phases import Phase, hyphened
+from rtec.verify.safety.variants import VARIANTS
 
 GROUP = typer.main.get_command(application())
 

@@ -43,7 +43,7 @@ def image(tmp_path):
 @pytest.fixture
 def judged_once(monkeypatch):
     """The program of a test is judged once, in whatever form it is told."""
-    from rtec.campaign import firmware_check
+    from rtec.verify.firmware import check as firmware_check
 
     judge, verdicts = firmware_check.check_firmware, []
 

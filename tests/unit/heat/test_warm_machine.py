@@ -32,6 +32,19 @@ def test_a_thermometer_reads_in_steps_late_and_with_its_offset(run):
     assert not np.array_equal(other, readings)
 
 
+def test_the_room_has_a_thermometer():
+    machine = warm_machine()
+    run = machine.run(Duty((Piece(duration_s=36_000.0),)), room=Room(mean_degc=21.0, swing_k=3.0), every_s=60.0)
+    off = (
+        run.thermometers["room"]
+        - machine.room.mean_degc
+        - 3.0 * np.cos(2 * np.pi * (run.time_s - 21_600.0) / 86_400.0)
+    )
+    assert np.ptp(off) < 0.08
+    exact = Thermometer(name="t", node="nut", step_k=0.0, conversion_s=0.0)
+    assert exact.readings([0.0, 1.0], [20.01, 20.02], offset_k=0.1).tolist() == pytest.approx([20.11, 20.12])
+
+
 def test_offsets_fill_the_interval_of_the_data_sheet():
     machine, short = warm_machine(), Duty((Piece(duration_s=2.0),))
     offsets = [
@@ -73,6 +86,25 @@ def test_the_nest_shows_shift_and_tilt(run):
         wanted = sum(one.tilt_urad_k[place] * warmer[one.node] for one in machine.growths)
         assert np.allclose(tilt_urad, wanted, atol=1e-9)
         assert np.abs(wanted).max() > 1.0
+
+
+def test_parts_grow_freely_and_bend_towards_their_cold_side():
+    """Each part's share by geometry: bars of 11.5 and 10.5 um for each metre and kelvin."""
+    moves = {one.node: np.array([*one.shift_um_k, *one.tilt_urad_k]) for one in warm_machine().growths}
+    head = moves["head_left"] + moves["head_right"]
+    column = moves["column_front"] + moves["column_back"]
+    assert np.allclose(head, [10.5 * 0.25, -10.5 * 0.55, 0.0, 0.0, 0.0])
+    assert np.allclose(column, [0.0, 0.0, 10.5 * 0.75, 0.0, 0.0])
+    shaft = moves["mandrel"] + moves["shaft_nose"] + moves["housing_front"]
+    assert np.allclose(shaft, [0.0, 0.0, -11.5 * (0.16 + 0.14 + 0.20), 0.0, 0.0])
+    # column, its front a kelvin warmer: it leans back by an angle, so the arm in front lifts, the mandrel swings out
+    angle = 10.5 * 0.75 / 0.45
+    assert np.allclose(
+        (moves["column_front"] - moves["column_back"]) / 2, [0.0, angle * 0.75 / 2, angle * 0.55, 0.0, -angle]
+    )
+    # head, its left a kelvin warmer: the arm bends to the right; the nose's face goes down on the left
+    bent = (moves["head_left"] - moves["head_right"] - [10.5 * 0.25, 0.0, 0.0, 0.0, 0.0]) / 2
+    assert np.allclose(bent, [10.5 * 0.55**2 / 2 / 0.5, 0.0, 0.0, 10.5 * 0.20 / 0.5, 0.0])
 
 
 def test_speed_and_force_move_the_spindle_at_once():
@@ -148,10 +180,16 @@ def test_seeds_give_machines_of_one_kind():
     growth_um, hottest = np.array(found).T
     assert (growth_um > 20.0).all() and (growth_um < 200.0).all() and (hottest < 80.0).all()
     assert growth_um.std() > 0.05 * growth_um.mean()
+    typical, *drawn = ([node.capacity_j_k for node in warm_machine(seed).network.nodes] for seed in (None, 1, 2))
+    factors = np.log(np.array(drawn) / typical)
+    assert 0.1 < factors.std() < 0.2 and np.abs(factors).max() <= 0.3 + 1e-9
 
 
 def test_a_machine_that_is_warm_starts_warm(run):
+    warm = {**run.heat.last_degc, "coolant": 24.5}
+    assert warm_machine().run(PAPER, start_degc=warm, chiller_runs=True).heat.chiller_runs[0]
     again = warm_machine().run(PAPER, start_degc=run.heat.last_degc, room=Room(mean_degc=21.0))
+    assert not again.heat.chiller_runs[0]
     assert again.displacement_um["z"][0] == pytest.approx(
         run.displacement_um["z"][-1] + 0.4 * 16.0, abs=1e-9
     )  # and the speed's own share
@@ -159,6 +197,7 @@ def test_a_machine_that_is_warm_starts_warm(run):
 
 def test_duties_are_as_they_say():
     assert (PAPER.duration_s, len(PAPER.pieces)) == (16200.0, 2)
+    assert PAPER.at([-1.0, 20_000.0])[:, 0].tolist() == [4000.0, 0.0]
     shop = Duty.shop(seed=5, hours=8.0)
     assert shop.duration_s == 8 * 3600.0 and shop != Duty.shop(seed=6, hours=8.0)
     assert len({piece.spindle_rpm for piece in shop.pieces}) > 5

@@ -3,10 +3,10 @@
 from matplotlib.colors import to_hex
 
 from rtec.cli import main
-from rtec.conformance.frequencies import Does, Frequencies
 from rtec.report.figures_margin import draw_bands
 from rtec.report.figures_style import figure_style, new_figure
 from rtec.report.palette import ALARM
+from rtec.verify.contract.frequencies import Does, Frequencies
 
 ROWS = ((1e3, Does.INSERTS), (20e3, Does.INSERTS), (21e3, Does.PASSES), (1e6, Does.PASSES), (1.02e6, Does.FAILS))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.blas import dsyr2k
+from scipy.linalg.blas import dsyr2k, dsyrk
 from scipy.linalg.lapack import dposv, dpotrf, dpotri, dpotrs, dpstrf, dtrtri
 from threadpoolctl import threadpool_limits
 
@@ -19,6 +19,8 @@ from rtec.predictors.warm.regressor import RegressorFit
 
 WIDTHS = tuple(np.geomspace(0.5, 50.0, 10).tolist())
 """Widths that are tried, in units of the root of the number of columns: about the distance of two rows is 1.4."""
+LINEAR = (0.0, 0.1, 1.0, 10.0)
+"""Weights of a linear kernel beside the bells to try: the variance of a slope against that of a bell."""
 GAMMAS = tuple(np.geomspace(1e-2, 1e5, 10).tolist())
 """Weights of the residuals that are tried."""
 STRIP = 64
@@ -29,7 +31,7 @@ FEW = 0.5
 """Share of the rows below which the rank of a kernel counts as low."""
 
 
-def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float) -> LsSvm:
+def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float, linear: float = 0.0) -> LsSvm:
     """Train with one width and one gamma; how sure the answer is stays unknown.
 
     Parameters
@@ -38,7 +40,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
         Shape (rows, features), scaled already: the kernel sees them as they are.
     output
         Shape (rows,).
-    width, gamma
+    width, gamma, linear
         See `LsSvm`.
 
     Notes
@@ -55,7 +57,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
     """
     centre = columns.mean(axis=0)  # distances lose digits far from zero
     points = columns - centre
-    solved = _Solved.of(points, output, width, gamma)
+    solved = _Solved.of(points, output, width, gamma, linear)
     return LsSvm(
         centre=centre,
         per_unit=np.ones(columns.shape[1]),
@@ -64,6 +66,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
         points=points,
         alpha=solved.alpha,
         bias=solved.bias,
+        linear=linear,
     )
 
 
@@ -74,8 +77,9 @@ def fit_ls_svm(
     *,
     widths: Sequence[float] = WIDTHS,
     gammas: Sequence[float] = GAMMAS,
+    linear: Sequence[float] = (0.0,),
 ) -> RegressorFit:
-    """Fit an LS-SVM; its width and gamma are chosen by leaving out blocks.
+    """Fit an LS-SVM; its width, gamma and linear part are chosen by leaving out blocks.
 
     Parameters
     ----------
@@ -90,6 +94,8 @@ def fit_ls_svm(
         That are tried, in units of the root of the number of columns that vary.
     gammas
         That are tried with each width.
+    linear
+        Weights of a linear kernel that are tried with each width, over the number of columns that vary; 0: none.
 
     Raises
     ------
@@ -113,11 +119,14 @@ def fit_ls_svm(
         if not len(values) or not all(0.0 < value < np.inf for value in values):
             raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
     rows = rows_of(columns, output, block)
-    unit = float(np.sqrt(np.count_nonzero(rows.per_unit)))
+    if not len(linear) or not all(0.0 <= value < np.inf for value in linear):
+        raise ArgumentError("linear", f"{tuple(linear)}"[:60], "numbers of 0 or more")
+    used = np.count_nonzero(rows.per_unit)
+    unit = float(np.sqrt(used))
     with threadpool_limits(1):  # of matrices as small as these; beside another program, two wait for each other
-        tried = list(_tried(rows, [width * unit for width in widths], gammas))
-        width, gamma, _ = min(tried, key=lambda one: one[2])
-        solved = _Solved.of(rows.scaled, rows.output, width, gamma)
+        tried = list(_tried(rows, [width * unit for width in widths], gammas, [weight / used for weight in linear]))
+        width, gamma, weight, _ = min(tried, key=lambda one: one[3])
+        solved = _Solved.of(rows.scaled, rows.output, width, gamma, weight)
         left_out, variances = solved.without_each(rows)
     machine = LsSvm(
         centre=rows.centre,
@@ -128,6 +137,7 @@ def fit_ls_svm(
         alpha=solved.alpha,
         bias=solved.bias,
         noise_sd=rms(left_out / np.sqrt(variances)),
+        linear=weight,
     )
     edges = [
         name
@@ -138,20 +148,31 @@ def fit_ls_svm(
     return RegressorFit(
         regressor=machine,
         left_out=left_out,
-        notes=(*rows.notes, f"Width {width:.3g} of scaled columns, gamma {gamma:.3g}{end}."),
-        tried=tuple((f"width {width:.3g}, gamma {gamma:.3g}", figure) for width, gamma, figure in tried),
+        notes=(*rows.notes, f"Width {width:.3g} of scaled columns, gamma {gamma:.3g}{_in_words(weight)}{end}."),
+        tried=tuple(
+            (f"width {width:.3g}, gamma {gamma:.3g}{_in_words(weight)}", figure)
+            for width, gamma, weight, figure in tried
+        ),
     )
 
 
-def _tried(rows: Rows, widths: Sequence[float], gammas: Sequence[float]) -> Iterator[tuple[float, float, float]]:
-    """Yield each width and gamma with the root mean square of what is predicted without its own block."""
+def _in_words(linear: float) -> str:
+    return f", linear part {linear:.3g}" if linear else ""
+
+
+def _tried(
+    rows: Rows, widths: Sequence[float], gammas: Sequence[float], linear: Sequence[float]
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield each width, gamma and linear part with the root mean square of left-out residuals."""
     products = rows.scaled @ rows.scaled.T
     half = 0.5 * np.diagonal(products)
     exponent = np.minimum(products - half[:, None] - half, 0.0)
     for width in widths:
-        roots, sizes = _roots(np.exp(exponent / width**2), LOST / max(gammas))
-        for gamma in gammas:
-            yield width, gamma, rms(_errors(rows, roots, sizes, gamma))
+        bells = np.exp(exponent / width**2)
+        for weight in linear:
+            roots, sizes = _roots(bells + weight * products if weight else bells, LOST / max(gammas))
+            for gamma in gammas:
+                yield width, gamma, weight, rms(_errors(rows, roots, sizes, gamma))
 
 
 def _roots(kernel: Floats, lost: float) -> tuple[Floats, Floats]:
@@ -201,10 +222,11 @@ class _Solved:
     bias: float
 
     @classmethod
-    def of(cls, points: Floats, output: Floats, width: float, gamma: float) -> _Solved:
-
+    def of(cls, points: Floats, output: Floats, width: float, gamma: float, linear: float) -> _Solved:
         system = _lower_kernel(points, width)
         np.fill_diagonal(system, 1.0 + 1.0 / gamma)
+        if linear:
+            system = dsyrk(linear, points, beta=1.0, c=system, lower=1, overwrite_c=1)
         factor, failed = dpotrf(system, lower=1, clean=0, overwrite_a=1)
         if failed:
             hint = "rows are so alike that the system has no answer in double precision"

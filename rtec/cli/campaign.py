@@ -1,0 +1,236 @@
+"""``rtec campaign``: plans of many independent jobs, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from rtec.cli import _console, _measured
+from rtec.cli._parameters import apart, flag, force, option, whole, written
+from rtec.cli._verb import said
+from rtec.cli._words import CAMPAIGNS, completing
+from rtec.errors import ArgumentError, RtecError
+
+if TYPE_CHECKING:
+    from rtec.verify.campaign.executors import Executor
+    from rtec.verify.campaign.plan import Plan
+    from rtec.verify.campaign.store import Store
+
+_OUTPUT, _PLAN = "Output", "Plan"
+
+
+def campaign(
+    context: typer.Context,
+    plan: str | None = typer.Argument(
+        None,
+        metavar="PLAN",
+        autocompletion=completing(CAMPAIGNS),
+        help="A file PLAN.toml, or one that --list shows.",
+        show_default=False,
+    ),
+    only: list[str] | None = option(
+        "--only", "WORD,...", "Only these values, as glitches, place=bus, frequency=20kHz.", panel=_PLAN
+    ),
+    runs: int | None = whole("--runs", "Jobs of each combination; as the plan says.", low=1, high=10**7, panel=_PLAN),
+    seed: int | None = whole("--seed", "Of everything random; as the plan says.", low=0, high=2**32 - 1, panel=_PLAN),
+    yes: bool = flag("--yes", "Also a plan of more than 100000 jobs.", panel=_PLAN),
+    list_: bool = flag("--list", "List the plans that come with rtec.", panel=_PLAN),
+    show: str | None = option("--show", "PLAN", "Print a plan, to begin one of your own with.", panel=_PLAN),
+    count: bool = flag("--count", "Say how many jobs there are, and how many are stored.", panel=_PLAN),
+    workers: int | None = whole("--workers", "Processes; as many as there are cores.", low=1, high=1024),
+    scheduler: str | None = option("--scheduler", "tcp://HOST:8786", "Run jobs on this Dask cluster instead."),
+    store: Path | None = option("--store", "FILE.db", "Records are kept here; campaign-PLAN.db."),
+    merge: list[Path] | None = option("--merge", "OTHER.db", "First take over the records of another store."),
+    job: str | None = option("--job", "ADDRESS", "Run one job again, and compare its record with the stored one."),
+    csv: Path | None = written("--csv", "FILE.csv", "Write a row for each job.", endings=(".csv",), panel=_OUTPUT),
+    junit: Path | None = written(
+        "--junit", "FILE.xml", "Write a test case for each job.", endings=(".xml",), panel=_OUTPUT
+    ),
+    parquet: Path | None = written(
+        "--parquet", "FILE.parquet", "As --csv, with pyarrow.", endings=(".parquet",), panel=_OUTPUT
+    ),
+    force: bool = force("Write over files that exist.", panel=_OUTPUT),
+    json: bool = _measured.JSON,
+) -> None:
+    """Carry out a plan of many jobs, resume it where it was left, and say what was tried and what failed.
+
+    Records are stored as they come. After Ctrl-C or a crash the same command goes on, and no job counts twice. Exits
+    with 1 where a job failed or has no record, or a fault took effect in none of its jobs.
+
+    Example: rtec campaign safety --only glitches,cable-open --junit glitches.xml
+    Example: rtec campaign motions --only c,fast --runs 200 --csv motions.csv
+    Example: rtec campaign envelope --scheduler tcp://10.0.0.5:8786 --json
+    """
+    from rtec.verify.campaign.plan import plan_text
+
+    if list_:
+        _list(json)
+        return
+    if show is not None:
+        typer.echo(plan_text(show)[1], nl=False)
+        return
+    if plan is None:
+        raise ArgumentError("PLAN", None, f"a file PLAN.toml, or one of {', '.join(CAMPAIGNS)}")
+    if scheduler is not None and workers is not None:
+        raise apart("--workers", "--scheduler", "the cluster has its own")
+    chosen = _plan(plan, only or [], runs, seed)
+    _check_size(chosen, yes)
+    file = Path(f"campaign-{chosen.name}.db") if store is None else store
+    again = shlex.join(["rtec", "campaign", plan, *said(context, "runs", "seed", "store")])
+    from rtec.verify.campaign.store import Store
+
+    with Store(file) as kept:
+        for other in merge or []:
+            _console.note(f"{kept.merge(other)} records taken over from {other}")
+        if count:
+            _count(chosen, kept, json)
+        elif job is not None:
+            _one(chosen, kept, job)
+        else:
+            files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
+            with _executor(chosen, workers, scheduler) as executor:
+                good = _carry_out(chosen, kept, executor, again, files, json)
+            if not good:
+                raise typer.Exit(1)
+
+
+def _list(json: bool) -> None:
+    from rtec.verify.campaign.plan import BUILT_IN, read_plan
+
+    plans = [read_plan(name) for name in BUILT_IN]
+    if json:
+        rows = [{"plan": one.name, "about": one.about, "jobs": sum(1 for _ in one.jobs())} for one in plans]
+        _console.print_json({"plans": rows})
+        return
+    for one in plans:
+        typer.echo(f"{one.name:9} {one.about}")
+
+
+def _plan(word: str, only: list[str], runs: int | None, seed: int | None) -> Plan:
+    from rtec.verify.campaign.plan import read_plan
+
+    found = read_plan(word)
+    found = replace(found, runs=found.runs if runs is None else runs, seed=found.seed if seed is None else seed)
+    return found.only(part.strip() for words in only for part in words.split(",") if part.strip())
+
+
+def _check_size(plan: Plan, yes: bool) -> None:
+    """Refuse a product that is too large to be meant.
+
+    Raises
+    ------
+    ArgumentError
+        It is.
+    """
+    from rtec.verify.campaign.plan import MOST_JOBS
+
+    if plan.size > MOST_JOBS and not yes:
+        raise ArgumentError(
+            f"plan {plan.name}",
+            f"{plan.size} jobs",
+            f"at most {MOST_JOBS} jobs, or --yes",
+            problem="is a large product",
+        )
+
+
+@contextmanager
+def _executor(plan: Plan, workers: int | None, scheduler: str | None) -> Iterator[Executor]:
+    from rtec.jobs import cores
+    from rtec.verify.campaign.executors import Processes, Serial
+
+    if scheduler is not None:
+        from rtec.verify.campaign.cluster import Cluster
+
+        with Cluster(scheduler, plan.kind.function) as cluster:
+            yield cluster
+        return
+    number = cores() if workers is None else workers
+    yield Serial() if number == 1 else Processes(number)
+
+
+def _carry_out(plan: Plan, store: Store, executor: Executor, again: str, files: dict[str, Path], json: bool) -> bool:
+    from rtec.verify.campaign.export import write_csv, write_junit, write_parquet
+    from rtec.verify.campaign.run import addresses_of, run_campaign
+
+    _say_others(plan, store)
+    try:
+        with _console.progress(plan.name, lines="; the same command resumes") as progress:
+            found = run_campaign(plan, store, executor, progress)
+    except (KeyboardInterrupt, SystemExit):
+        _console.note(f"what is done is in {store.path}; the same command goes on with the rest")
+        raise
+    addresses = addresses_of(plan)
+    if "csv" in files:
+        write_csv(files["csv"], lambda: store.records(addresses), again)
+    if "junit" in files:
+        write_junit(files["junit"], lambda: store.records(addresses), again, plan=plan.name)
+    if "parquet" in files:
+        write_parquet(files["parquet"], lambda: store.records(addresses), again)
+    if json:
+        _console.print_json(
+            found.to_dict() | {"store": str(store.path)} | {kind: str(p) for kind, p in files.items()}
+        )
+    else:
+        from rtec.report.terminal_campaign import show
+
+        show(found, again)
+        typer.echo(f"Records: {store.path}" + "".join(f", {each}" for each in files.values()))
+    return found.good
+
+
+def _say_others(plan: Plan, store: Store) -> None:
+    from rtec.verify.campaign.code import code_of
+
+    others = store.of_other_code(code_of(plan.kind.function))
+    if others:
+        _console.note(
+            f"{store.path} also holds {others} records made by other code or for other plans; they do not count"
+        )
+
+
+def _count(plan: Plan, store: Store, json: bool) -> None:
+    from rtec.verify.campaign.run import addresses_of
+
+    addresses = addresses_of(plan)
+    done = len(store.known(addresses))
+    if json:
+        _console.print_json({"plan": plan.name, "jobs": len(addresses), "done": done})
+    else:
+        typer.echo(f"{len(addresses)} jobs, {done} of them in {store.path}")
+
+
+def _one(plan: Plan, store: Store, address: str) -> None:
+    """Run one job again, print its record, and hold it against the stored one.
+
+    Raises
+    ------
+    ArgumentError
+        The plan has no such job, or several.
+    RtecError
+        The record differs from the stored one.
+    """
+    from rtec.verify.campaign.code import code_of
+    from rtec.verify.campaign.run import addresses_of
+
+    addresses = addresses_of(plan)
+    found = [k for k, each in enumerate(addresses) if each.startswith(address)]
+    if len(found) != 1:
+        problem = "is no job of this plan with this code" if not found else f"begins {len(found)} addresses"
+        raise ArgumentError(
+            "--job", repr(address[:60]), "an address from --csv, --junit or the list", problem=problem
+        )
+    job = next(one for k, one in enumerate(plan.jobs()) if k == found[0])
+    record = job.carry_out()
+    stored = next((done.record for done in store.records([addresses[found[0]]])), None)
+    _console.print_json({
+        "job": addresses[found[0]], "code": code_of(job.function), **job.parameters, "seed": job.seed, "run": job.run,
+        **record, "as_stored": None if stored is None else stored == record,
+    })  # fmt: skip
+    if stored is not None and stored != record:
+        raise RtecError(f"job {addresses[found[0]]} gives another record than the one in {store.path}")

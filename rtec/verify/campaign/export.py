@@ -1,0 +1,139 @@
+"""The records of a campaign for other programs: CSV, JUnit XML and Parquet, one row a job."""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from rtec.errors import RtecError
+from rtec.io import write_lines, write_text
+from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, Value
+from rtec.verify.campaign.store import Done
+
+_NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+Records = Callable[[], Iterator[Done]]
+"""Gives the records, as often as they are needed: there may be more than fit into memory as a table."""
+
+
+def _row(done: Done, again: str) -> dict[str, Value]:
+    """Return a record with all that is needed to repeat its job."""
+    return {
+        "job": done.address,
+        **done.job.parameters,
+        "seed": done.job.seed,
+        "run": done.job.run,
+        **done.record,
+        "seconds": done.seconds,
+        "worker": done.worker,
+        "again": f"{again} --job {done.address}",
+    }
+
+
+def _columns(records: Records) -> list[str]:
+    return list(dict.fromkeys(name for done in records() for name in _row(done, "")))
+
+
+def write_csv(file: Path, records: Records, again: str) -> None:
+    """Write a row for each job.
+
+    Parameters
+    ----------
+    file
+        One that exists is replaced once the new one is complete.
+    records
+        Of the campaign.
+    again
+        The command of the campaign, to which ``--job`` and the address of one job are added.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, _columns(records), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(_row(done, again) for done in records())
+    write_text(file, text.getvalue())
+
+
+def write_junit(file: Path, records: Records, again: str, *, plan: str) -> None:
+    """Write JUnit XML: a test case for each job, with its parameters, its record and its command as properties.
+
+    A job whose fault did not take effect is skipped, one that failed is a failure.
+
+    Parameters
+    ----------
+    file, records, again
+        As of `write_csv`.
+    plan
+        Name of the plan: the suite's.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    counts, seconds = {FAILED: 0, NOT_ACTIVATED: 0, "": 0}, 0.0
+    for done in records():
+        result = str(done.record["result"])
+        counts[result if result in counts else ""] += 1
+        seconds += done.seconds
+    head = (
+        f'tests="{sum(counts.values())}" failures="{counts[FAILED]}" errors="0" skipped="{counts[NOT_ACTIVATED]}" '
+        f'time="{seconds:.3f}"'
+    )
+
+    def lines() -> Iterator[str]:
+        yield '<?xml version="1.0" encoding="UTF-8"?>'
+        yield f"<testsuites {head}>"
+        yield f'<testsuite name="{_xml(plan)}" {head}>'
+        for done in records():
+            yield from _case(done, again, plan)
+        yield "</testsuite>"
+        yield "</testsuites>"
+
+    write_lines(file, lines())
+
+
+def _case(done: Done, again: str, plan: str) -> Iterator[str]:
+    name = ", ".join([*(f"{key}={value}" for key, value in done.job.parameters.items()), f"run={done.job.run}"])
+    yield f'<testcase classname="{_xml(plan)}" name="{_xml(name)}" time="{done.seconds:.6f}">'
+    yield "<properties>"
+    for key, value in _row(done, again).items():
+        if value is not None:
+            yield f'<property name="{_xml(key)}" value="{_xml(value)}"/>'
+    yield "</properties>"
+    if done.record["result"] == FAILED:
+        what, whole = _xml(done.record.get("outcome", FAILED)), _xml(json.dumps(done.record))
+        yield f'<failure message="{what}">{whole}</failure>'
+    elif done.record["result"] == NOT_ACTIVATED:
+        yield f'<skipped message="{NOT_ACTIVATED}"/>'
+    yield "</testcase>"
+
+
+def _xml(value: object) -> str:
+    return html.escape(_NO_XML.sub("?", str(value)))
+
+
+def write_parquet(file: Path, records: Records, again: str) -> None:
+    """Write a row for each job as Parquet.
+
+    Raises
+    ------
+    RtecError
+        pyarrow is not installed.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - an extra
+        import pyarrow.parquet as pq  # noqa: PLC0415 - the same
+    except ImportError as error:
+        raise RtecError("--parquet needs pyarrow; python -m pip install 'rtec[parquet]' brings it") from error
+    rows: Sequence[dict[str, Any]] = [_row(done, again) for done in records()]
+    pq.write_table(pa.Table.from_pylist([{name: row.get(name) for name in _columns(records)} for row in rows]), file)

@@ -1,0 +1,316 @@
+"""A plan: which jobs there are. Read from TOML, or built in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtec.checks import whole_within
+from rtec.errors import ArgumentError, FileFormatError, meant, unknown
+from rtec.io import Section, parse_toml, read_text
+from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
+
+BUILT_IN = ("safety", "soak", "envelope", "motions")
+"""Plans that come with rtec, each a file of this folder."""
+MOST_JOBS = 100_000
+"""A larger product has to be meant."""
+_MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
+_FOLDER = Path(__file__).parent
+_TOP = ("about", "job", "seed", "runs", "by", "try", "only")
+_RANGE = ("from", "to", "points", "spacing", "draw")
+_SPACINGS, _DRAWS = ("linear", "log"), ("random", "latin")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """Numbers drawn anew for each run, from one to another."""
+
+    low: float
+    high: float
+    log: bool
+    """Whether their logarithms are drawn."""
+    latin: bool
+    """Whether they are stratified, together with all others that are: a Latin hypercube over the runs."""
+
+    def at(self, share: float) -> float:
+        """Return the number at a share of the way."""
+        if self.log:
+            return self.low * math.exp(share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """Which rows of the product are tried: where all of ``where`` holds, all of ``keep`` has to."""
+
+    where: Mapping[str, tuple[Value, ...]]
+    keep: Mapping[str, tuple[Value, ...]]
+
+    def holds(self, row: Parameters) -> bool:
+        """Return whether a row is tried."""
+        concerned = all(row[name] in values for name, values in self.where.items())
+        return not concerned or all(row[name] in values for name, values in self.keep.items())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What is tried: every combination of values, so many runs each.
+
+    Examples
+    --------
+    >>> plan = read_plan("safety").only(["glitches", "cable-open", "c"])
+    >>> plan.size, sum(1 for _ in plan.jobs())
+    (96, 87)
+    """
+
+    name: str
+    about: str
+    kind: JobKind
+    seed: int
+    """Of everything that is random."""
+    runs: int
+    """Jobs of each combination, each with random numbers of its own."""
+    by: tuple[str, ...]
+    """Parameters by which the records are counted."""
+    grid: Mapping[str, tuple[Value, ...]]
+    """Values of each parameter that has some."""
+    drawn: Mapping[str, Range]
+    """Ranges of the others."""
+    conditions: tuple[Condition, ...]
+
+    @property
+    def size(self) -> int:
+        """Return the number of jobs before any condition."""
+        return math.prod(len(values) for values in self.grid.values()) * self.runs
+
+    def rows(self) -> Iterator[dict[str, Value]]:
+        """Yield the combinations of the grid that the conditions let through."""
+        names = list(self.grid)
+        for values in product(*self.grid.values()):
+            row = dict(zip(names, values, strict=True))
+            if all(condition.holds(row) for condition in self.conditions):
+                yield row
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the jobs that can prove something.
+
+        Raises
+        ------
+        ArgumentError
+            There is none.
+        """
+        draws, some, reasons = self._draws(), False, dict[str, None]()
+        for run in range(self.runs):
+            for row in self.rows():
+                reason = self.kind.impossible(row)
+                if reason is not None:
+                    reasons[reason] = None
+                    continue
+                some = True
+                yield Job(self.kind.function, row | {name: each[run] for name, each in draws.items()}, self.seed, run)
+        if not some:
+            because = "; ".join(reasons) or "no combination meets its conditions"
+            raise ArgumentError(f"plan {self.name}", "no job of it can prove anything", "other values", because)
+
+    def _draws(self) -> dict[str, list[Value]]:
+        """Return the values of each drawn parameter, one a run."""
+        generator = np.random.default_rng([self.seed, len(self.drawn)])
+        latin = [name for name, one in self.drawn.items() if one.latin]
+        shares = {name: generator.random(self.runs) for name in self.drawn if name not in latin}
+        if latin:
+            from scipy.stats import qmc  # noqa: PLC0415 - half a second, and most plans draw nothing
+
+            sample = qmc.LatinHypercube(d=len(latin), seed=generator).random(self.runs)
+            shares |= {name: sample[:, k] for k, name in enumerate(latin)}
+        found: dict[str, list[Value]] = {}
+        for name, one in self.drawn.items():
+            parameter = self.kind.parameter(name)
+            if isinstance(parameter, Number):
+                found[name] = [parameter.rounded(one.at(float(share))) for share in shares[name]]
+        return found
+
+    def only(self, words: Iterable[str]) -> Plan:
+        """Return the plan with fewer values.
+
+        Parameters
+        ----------
+        words
+            Values of its choices (``glitches``), classes of values (``place=bus``), or ``parameter=value``. Those of
+            one parameter are tried all.
+
+        Raises
+        ------
+        ArgumentError
+            A word that means nothing in this plan.
+        """
+        chosen: dict[str, list[Value]] = {}
+        for word in words:
+            parameter, values = self._meant(word)
+            chosen.setdefault(parameter.name, []).extend(values)
+        kept = {name: tuple(v for v in values if v in chosen.get(name, values)) for name, values in self.grid.items()}
+        return replace(self, grid=kept)
+
+    def _meant(self, word: str) -> tuple[Parameter, Sequence[Value]]:
+        key, equals, text = word.partition("=")
+        named = self.kind.parameter(key) if equals else None
+        places = [named] if named is not None else [one for one in self.kind.parameters if isinstance(one, Choice)]
+        found: list[tuple[Parameter, Sequence[Value]]] = []
+        for one in places:
+            tried = self.grid.get(one.name, ())
+            if isinstance(one, Choice):
+                meant_here: Sequence[Value] = one.meant(text if named else word)
+            else:
+                meant_here = one.read(_plain(text), f"--only {key}")
+            values = [value for value in meant_here if value in tried]
+            if word in values:
+                return one, [word]
+            if values:
+                found.append((one, values))
+        if len(found) > 1:
+            names = " or ".join(f"{one.key}={word}" for one, _ in found)
+            raise ArgumentError("--only", repr(word), names, problem="means several things")
+        if found:
+            return found[0]
+        words = [str(value) for one in places for value in self.grid.get(one.name, ())]
+        allowed = "; ".join(f"{one.key}: {one.listed()}" for one in places if isinstance(one, Choice))
+        near = meant(text if named else word, words)
+        raise ArgumentError("--only", repr(word)[:60], allowed or "a value that the plan tries", near)
+
+
+def _plain(text: str) -> object:
+    """Return a pure number as a number, and anything else as it is."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def plan_text(word: str) -> tuple[str, str]:
+    """Return name and text of a plan: a built-in one, or a file.
+
+    Raises
+    ------
+    ArgumentError
+        Neither of them.
+    FileFormatError
+        A file that cannot be read.
+    """
+    if word in BUILT_IN:
+        return word, (_FOLDER / f"{word}.toml").read_text(encoding="utf-8")
+    if not word.endswith(".toml"):
+        raise ArgumentError(
+            "plan", repr(word[:60]), f"a FILE.toml, or one of {', '.join(BUILT_IN)}", meant(word, BUILT_IN)
+        )
+    return Path(word).stem, read_text(word, "a plan in TOML")
+
+
+def read_plan(word: str) -> Plan:
+    """Read a plan.
+
+    Parameters
+    ----------
+    word
+        Name of a built-in plan, or a file.
+
+    Raises
+    ------
+    ArgumentError, FileFormatError
+        No plan of this name, unknown keys, values out of range, units that do not fit.
+
+    Examples
+    --------
+    >>> plan = read_plan("motions")
+    >>> plan.kind.does
+    'A design inserts a step in a motion of the axis, and every count is judged.'
+    """
+    name, text = plan_text(word)
+    path = f"{name}.toml" if word in BUILT_IN else word
+    top = Section(path, "", parse_toml(text, path), {"seed": 1, "runs": 1, "try": {}, "only": []}, optional=_TOP)
+    kind = job_kind(top.text("job"), top.where("job"))
+    keys = tuple(one.key for one in kind.parameters)
+    tried = top.part("try", top.raw("try"), keys)
+    grid: dict[str, tuple[Value, ...]] = {}
+    drawn: dict[str, Range] = {}
+    for one in kind.parameters:
+        given = tried.raw(one.key) if tried.has(one.key) else None
+        if isinstance(given, dict) and isinstance(one, Number) and "draw" in given:
+            drawn[one.name] = _drawn(tried, one, given)
+        else:
+            grid[one.name] = one.usual if given is None else _values(tried, one, given)
+    rules = top.raw("only")
+    if not isinstance(rules, list):
+        raise FileFormatError(path, None, "only is no list of tables", "[[only]]")
+    by = tuple(top.texts("by")) if top.has("by") else tuple(one for one in kind.by)
+    if wrong := [key for key in by if kind.parameter(key) is None]:
+        raise unknown(top.where("by"), wrong[0], keys)
+    return Plan(
+        name=name, about=top.text("about") if top.has("about") else kind.does, kind=kind,
+        seed=top.whole("seed", 0, (1 << 32) - 1), runs=top.whole("runs", 1, _MOST_RUNS), by=by, grid=grid,
+        drawn=drawn,
+        conditions=tuple(_condition(top, kind, grid, rule) for rule in rules),
+    )  # fmt: skip
+
+
+def _values(tried: Section, one: Parameter, given: object) -> tuple[Value, ...]:
+    """Return the values that a key stands for: one, a list, or points of a range."""
+    where = tried.where(one.key)
+    if isinstance(given, dict):
+        if not isinstance(one, Number):
+            raise ArgumentError(where, "a table", "words: they have no range")
+        return _points(tried, one, given)
+    every = given if isinstance(given, list) else [given]
+    found = dict.fromkeys(value for each in every for value in one.read(each, where))
+    if not found:
+        raise ArgumentError(where, "an empty list", "at least one value")
+    return tuple(found)
+
+
+def _range(tried: Section, one: Number, given: dict[str, Any]) -> tuple[Section, Range]:
+    section = tried.part(f"try.{one.key}", given, _RANGE)
+    low, high = (one.one(section.raw(key), section.where(key)) for key in ("from", "to"))
+    if not low < high:
+        raise section.refused("to", "a value above that of from", problem="is not above it")
+    spacing, draw = (
+        section.raw(key) if section.has(key) else words[0]
+        for key, words in (("spacing", _SPACINGS), ("draw", _DRAWS))
+    )
+    for key, word, words in (("spacing", spacing, _SPACINGS), ("draw", draw, _DRAWS)):
+        if word not in words:
+            raise unknown(section.where(key), str(word), words)
+    if spacing == "log" and low <= 0.0:
+        raise section.refused("from", "a value above zero", problem="has no logarithm")
+    return section, Range(low=low, high=high, log=spacing == "log", latin=draw == "latin")
+
+
+def _drawn(tried: Section, one: Number, given: dict[str, Any]) -> Range:
+    section, found = _range(tried, one, given)
+    if section.has("points"):
+        raise section.refused("points", "either points or draw", problem="does not go with draw")
+    return found
+
+
+def _points(tried: Section, one: Number, given: dict[str, Any]) -> tuple[Value, ...]:
+    section, found = _range(tried, one, given)
+    points = whole_within(section.where("points"), section.raw("points"), 2, _MOST_POINTS)
+    return tuple(dict.fromkeys(one.rounded(found.at(k / (points - 1))) for k in range(points)))
+
+
+def _condition(top: Section, kind: JobKind, grid: Mapping[str, tuple[Value, ...]], rule: object) -> Condition:
+    keys = tuple(one.key for one in kind.parameters if one.name in grid)
+    section = top.part("only", rule, ("if", *keys))
+    where = section.part("only.if", section.raw("if") if section.has("if") else {}, keys)
+
+    def read(part: Section) -> dict[str, tuple[Value, ...]]:
+        some = [one for one in kind.parameters if one.name in grid and part.has(one.key)]
+        return {one.name: _values(part, one, part.raw(one.key)) for one in some}
+
+    found = Condition(where=read(where), keep=read(section))
+    if not found.keep:
+        raise FileFormatError(top.path, None, "a table [[only]] that keeps everything", f"one of {', '.join(keys)}")
+    return found

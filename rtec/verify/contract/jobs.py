@@ -1,0 +1,97 @@
+"""Single steps in motions as jobs of a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtec.axis.motion import MotionKind
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, PASSED, Choice, JobKind, Number, Parameters, Record
+from rtec.verify.contract import cases
+from rtec.verify.contract.built_in import BuiltIn
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.motion_outcome import Outcome, outcome_of
+from rtec.verify.contract.motions import AIMED, insertion_window, motion_for, stream_of
+from rtec.verify.contract.trials import Case, Trials
+
+_LATE = 3
+"""Longest times of an insertion within which it has to be booked not to count as deferred."""
+
+
+def step_in_motion(parameters: Parameters, seed: int, run: int) -> Record:
+    """Let a design insert one step in a motion, and judge every count.
+
+    Parameters
+    ----------
+    parameters
+        ``design``, ``processor``, ``gate`` (on or off), ``latch`` (merge or hold), ``motion``: words;
+        ``frequency_hz``, ``acceleration_hz_s``: the largest of the motion.
+    seed, run
+        Draw direction, sign and state, and number the motion among those of its kind.
+
+    Examples
+    --------
+    >>> words = {"design": "c", "processor": "fast", "gate": "on", "latch": "hold", "motion": "dither"}
+    >>> record = step_in_motion(words | {"frequency_hz": 5e5, "acceleration_hz_s": 1e8}, seed=1, run=0)
+    >>> record["result"], record["fault"]
+    ('passed', None)
+    """
+    design, processor = Design.named(str(parameters["design"])), Processor(parameters["processor"])
+    timing = Timing.of(design, processor)
+    timing = timing if parameters["gate"] == "on" else replace(timing, gate_margin=None)
+    box = BuiltIn(InjectorSettings(design=design, timing=timing, real_edges=RealEdges(parameters["latch"])))
+    contract = replace(
+        Contract.of(design),
+        frequency_hz=float(parameters["frequency_hz"] or 0.0),
+        acceleration_hz_s=float(parameters["acceleration_hz_s"] or 0.0),
+    )
+    trials = Trials(box, contract)
+    unsettled = trials.measure_settling()
+    if unsettled is not None:
+        return {"result": FAILED, "outcome": "wrong at rest", "fault": str(unsettled), "stream": None}
+    case = _case(trials, MotionKind(parameters["motion"]), seed, run)
+    if case is None:
+        return {"result": NOT_ACTIVATED, "outcome": "no insertion to aim at", "fault": None, "stream": None}
+    done = trials.one(case)
+    outcome = outcome_of(done, contract, late_ps=_LATE * timing.worst_ps(design))
+    wrong = outcome in (Outcome.ILLEGAL, Outcome.UNDETECTED)
+    return {
+        "result": FAILED if wrong else PASSED,
+        "outcome": outcome.value,
+        "fault": None if done.right else str(done.judgement.violation),
+        "separation_ps": done.judgement.separation_ps,
+        "edges": len(case.stream.edges_ps),
+        "stream": str(case.stream) if wrong else None,
+    }
+
+
+def _case(trials: Trials, kind: MotionKind, seed: int, run: int) -> Case | None:
+    """Return the run; None where a motion is aimed at an insertion that the design does not make."""
+    generator = np.random.default_rng([seed, run])
+    direction, sign = (int(way) for way in generator.choice([1, -1], 2))
+    state, share = int(generator.integers(4)), float(generator.random())
+    if kind is MotionKind.STEADY:
+        return cases.step_in_motion(trials, trials.contract.frequency_hz, direction, sign, share)
+    window = insertion_window(trials) if kind in AIMED else None
+    if kind in AIMED and window is None:
+        return None
+    motion = motion_for(kind, run, trials.contract, direction=direction, window=window, seed=seed)
+    return trials.case(kind.value, stream_of(motion, state, sign))
+
+
+MOTION = JobKind(
+    does="A design inserts a step in a motion of the axis, and every count is judged.",
+    function=f"{__name__}:step_in_motion",
+    parameters=(
+        Choice(name="processor", words=tuple(processor.value for processor in Processor)),
+        Choice(name="design", words=tuple(design.value for design in Design)),
+        Choice(name="gate", words=("on", "off"), default=("on",)),
+        Choice(name="latch", words=tuple(edges.value for edges in RealEdges), default=(RealEdges.HOLD.value,)),
+        Choice(name="motion", words=tuple(kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME)),
+        Number(name="frequency_hz", unit="Hz", low=1.0, high=5e6, default=100e3),
+        Number(name="acceleration_hz_s", unit="Hz/s", low=1.0, high=1e12, default=100e6),
+    ),
+    by=("processor", "design", "motion"),
+)

@@ -1,0 +1,1 @@
+"""How fast the encoder may go, for each design on each processor, found on the running firmware."""

@@ -1,0 +1,159 @@
+"""The speed gate: up to which steady frequency it lets insertions through, and which acceleration they bear."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtec.signal import EdgeStream
+from rtec.units import PS_PER_S
+from rtec.verify.envelope import _kernels as kernels
+from rtec.verify.envelope.bench import Longs, Moment, Motion, PhaseSweepBench, levels, shaken
+from rtec.verify.envelope.trials import Streams, largest_safe
+
+_PHASES = 8
+_STEPS = 4
+"""Of the grid of frequencies, an octave."""
+_BELOW = 8.0
+"""The gate is looked for from the safe frequency over this on."""
+_OWED = 40
+_FROM, _TO, _BEYOND = 0.75, 2.0, 1.3
+"""A ramp's first and least last speed over the gate's, and its least last speed over the safe one."""
+_SMALLEST, _FIRST, _LARGEST = 1e-5, 4e-3, 1.0
+"""Accelerations over the square of the gate's speed: from one transition to the next it grows by these shares."""
+_BEGIN, _RUN_CYCLES = 0.6, 150
+"""Readings from an answer to the PC to the first transition, and cycles from the next answer to the kept moment."""
+_PLACES, _JOINTS = 16, 2
+"""A ramp begins behind up to so many transitions, at so many places between two: wherever the program is by then."""
+_HARMFUL = (kernels.ILLEGAL, kernels.WRONG_COUNT, kernels.FAULT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gate:
+    """What the speed gate does."""
+
+    gate_hz: float | None
+    """Largest steady frequency at which something is still inserted; None where nothing ever is in motion."""
+    max_acceleration_counts_s2: float | None
+    """Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
+    smallest one tried already breaks one, None where none does or nothing is inserted in motion."""
+
+
+def gate_of(
+    bench: PhaseSweepBench, safe_hz: float, jitter_ps: int = 0, *, top_hz: float = math.inf, phases: int = 2
+) -> Gate:
+    """Return what the speed gate of a board does.
+
+    Parameters
+    ----------
+    bench
+        The board.
+    safe_hz
+        Up to which bursts or streams are safe.
+    jitter_ps
+        Bound of the encoder's jitter, taken at its worst.
+    top_hz
+        Beyond this nothing is tried: lines that pass through the processor are lost there, gate or not.
+    phases
+        Between transitions and program, from which ramps begin.
+    """
+    streams = Streams(bench, jitter_ps, owed=(1, -1))
+
+    def refuses(frequency_hz: float) -> bool | None:
+        return None if _inserts(streams, frequency_hz) else True
+
+    limit = largest_safe(refuses, safe_hz / _BELOW, min(4.0 * safe_hz, top_hz), steps=_STEPS)
+    gate_hz = limit.safe
+    if gate_hz == 0.0:
+        return Gate(gate_hz=None, max_acceleration_counts_s2=None)
+    last_hz = min(max(_TO * gate_hz, _BEYOND * safe_hz), top_hz)
+    return Gate(
+        gate_hz=gate_hz,
+        max_acceleration_counts_s2=_acceleration(bench, gate_hz, last_hz, jitter_ps, phases),
+    )
+
+
+def _inserts(streams: Streams, frequency_hz: float) -> bool:
+    bench, shifts_ps = streams.bench, streams.phases_ps(frequency_hz, _PHASES)
+    for some in (shifts_ps[:1], shifts_ps[1:]):
+        for motion in streams.motions(frequency_hz):
+            if bench.sweep(bench.rested, motion, some, stop=False)[1].any():
+                return True
+    return False
+
+
+def ramp(speed: float, acceleration: float, steady: int, joint: float, last: float) -> Longs:
+    """Return the times of transitions at a speed that grows from a moment on.
+
+    Parameters
+    ----------
+    speed, acceleration
+        Counts a second, and a second squared.
+    steady
+        Transitions before it begins to grow.
+    joint
+        Where between two transitions that is, 0..1.
+    last
+        Speed up to which it grows, counts a second; at least eight transitions are made.
+
+    Examples
+    --------
+    >>> (ramp(100_000.0, 1e9, 2, 0.0, 150_000.0)[:5] // 1_000_000).tolist()
+    [0, 10, 19, 28, 36]
+    """
+    grown = max(8, int((last**2 - speed**2) / (2.0 * acceleration)))
+    counts = np.arange(1, grown + 1) - joint
+    begun_s = (steady - 1 + joint) / speed
+    since_s = (np.sqrt(speed**2 + 2.0 * acceleration * counts) - speed) / acceleration
+    times_s = np.concatenate([np.arange(steady) / speed, begun_s + since_s])
+    return np.round(times_s * PS_PER_S).astype(np.int64)
+
+
+def _acceleration(
+    bench: PhaseSweepBench, gate_hz: float, last_hz: float, jitter_ps: int, phases: int
+) -> float | None:
+    speed, slow = 4.0 * gate_hz, _FROM * 4.0 * gate_hz
+    running = [
+        (_running(bench, slow, direction, sign, phase / phases), direction, sign)
+        for direction in (1, -1)
+        for sign in (1, -1)
+        for phase in range(phases)
+    ]
+    at_once = np.zeros(1, np.int64)
+
+    def breaks(share: float) -> bool | None:
+        for steady in range(_PLACES * _JOINTS):
+            times_ps = ramp(slow, share * speed**2, steady // _JOINTS, steady % _JOINTS / _JOINTS, 4.0 * last_hz)
+            times_ps = shaken(times_ps, jitter_ps)
+            for moment, direction, sign in running:
+                motion = Motion(times_ps=times_ps, direction=direction, total=sign * _OWED)
+                if bench.sweep(moment, motion, at_once)[0][0] in _HARMFUL:
+                    return True
+        return None
+
+    first = _FIRST
+    limit = largest_safe(breaks, first, _LARGEST, steps=2)
+    while limit.safe == 0.0 and first > _SMALLEST:
+        first /= 4.0
+        limit = largest_safe(breaks, first, 4.0 * first, steps=2)
+    return None if limit.failure is None else limit.safe * speed**2
+
+
+def _running(bench: PhaseSweepBench, speed: float, direction: int, sign: int, phase: float) -> Moment:
+    """Return a moment in which the axis moves at a steady speed and insertions are made."""
+    board = bench.board
+    board.restore(bench.rested.kept)
+    board.idle(until_ps=board.now_ps + bench.reading_ps)
+    begin_ps = (int(board.state.published_ps) - board.now_ps) % bench.reading_ps + round(_BEGIN * bench.reading_ps)
+    board.idle(until_ps=board.now_ps + begin_ps)
+    board.ask(sign * _OWED, large=True)  # read once the axis moves: nothing is inserted at rest
+    run_ps = (1.0 - _BEGIN) * bench.reading_ps + _RUN_CYCLES * bench.cycle_ps
+    count = max(4, round(speed * run_ps / PS_PER_S))
+    between_ps = PS_PER_S / speed
+    times_ps = np.round((np.arange(count + 1) + phase) * between_ps).astype(np.int64) + board.now_ps
+    motion = Motion(times_ps=times_ps[:-1], direction=direction, total=sign * _OWED)
+    sent = EdgeStream(motion.times_ps, levels(motion, bench.rested), initial=0)
+    board.process(sent, until_ps=int(times_ps[-1]) - round(0.05 * between_ps))
+    return Moment(kept=board.snapshot(), at_ps=int(times_ps[-1]), state=direction * count % 4)

@@ -1,0 +1,1 @@
+"""Machine code as an insertion algorithm, and its whole contract on the board."""

@@ -1,0 +1,36 @@
+"""Jobs for the tests of campaigns: importable in other processes; each has the fate that its parameters say."""
+
+import os
+import time
+
+from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Choice, JobKind, Number
+
+FATES = {"pass": PASSED, "fail": FAILED, "exempt": EXEMPT, "idle": NOT_ACTIVATED}
+
+
+def ill_fated(parameters, seed, run):
+    """Come to the end that ``fate`` says, after ``wait_s``."""
+    time.sleep(parameters["wait_s"])
+    if parameters["fate"] == "raise":
+        raise ValueError("no luck")
+    if parameters["fate"] == "die":
+        os._exit(1)
+    result = FATES[parameters["fate"]]
+    return {"result": result, "outcome": f"{result} it did", "value": 1000 * parameters["size_mm"] + seed + run}
+
+
+KIND = JobKind(
+    does="A job meets its fate.",
+    function=f"{__name__}:ill_fated",
+    parameters=(
+        Choice(
+            name="fate", words=(*FATES, "raise", "die", "never"), default=("pass",), classes={"end": {"die": "bad"}}
+        ),
+        Number(name="size_mm", unit="mm", low=0.0, high=10.0, default=1.0),
+        Number(name="wait_s", unit="s", low=0.0, high=10.0, default=0.0),
+        Number(name="level", low=0, high=100, default=0, whole=True),
+    ),
+    by=("fate",),
+    proves=("fate",),
+    impossible=lambda parameters: "it never comes to pass" if parameters["fate"] == "never" else None,
+)

@@ -1,0 +1,99 @@
+"""Built-in plans give what the commands of old give, field by field."""
+
+from dataclasses import replace
+
+import pytest
+
+from rtec.injector import Design
+from rtec.verify.campaign.executors import Processes, Serial
+from rtec.verify.campaign.plan import read_plan
+from rtec.verify.campaign.run import addresses_of, run_campaign
+from rtec.verify.campaign.store import Store
+from rtec.verify.envelope.jobs import row_record
+from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
+from rtec.verify.safety.jobs import episode_record, trial_record
+from rtec.verify.safety.matrix import MatrixPlan, Outcome, run_matrix
+from rtec.verify.safety.phases import Phase, hyphened
+from rtec.verify.safety.soak import SoakPlan, run_soak
+from rtec.verify.safety.variants import VARIANTS, impossible, variants_named
+
+
+def records_of(plan, executor=None):
+    """Records of a plan, each with the parameters and the run of its job."""
+    with Store(":memory:") as store:
+        campaign = run_campaign(plan, store, executor or Serial())
+        assert not campaign.raised
+        return {(*one.job.parameters.values(), one.job.run): one.record for one in store.records(addresses_of(plan))}
+
+
+def _expected(trial):
+    """What the table of docs/safety.md says of such a trial, by hand: here nothing fails."""
+    if trial.fired == 0:
+        return "not activated"
+    return "exempt" if trial.outcome is Outcome.UNDETECTED and trial.variant.upstream else "passed"
+
+
+def test_safety_is_that_of_rtec_safety():
+    faults = ("glitches", "pc-killed", "frame-corrupted")
+    variants = tuple(one for name in faults for one in variants_named(name))
+    phases = (Phase.CUTTING, Phase.AT_REST)
+    matrix = run_matrix(MatrixPlan(designs=(Design.C, Design.B), phases=phases, variants=variants, seeds=2, seed=7))
+    wanted = {
+        (one.design.value, hyphened(one.phase.value), hyphened(one.variant.name.replace(",", "")), one.seed): one
+        for one in matrix.trials
+        if impossible(one.variant, one.phase) is None
+    }
+    plan = replace(read_plan("safety").only([*faults, "cutting", "at-rest", "c", "b"]), runs=2, seed=7)
+    found = records_of(plan, Processes(2))
+    assert found.keys() == wanted.keys()
+    for key, trial in wanted.items():
+        record = dict(found[key])
+        assert 0 <= record.pop("moment_ps") < 8 * 10**12
+        assert record == trial_record(trial)
+        assert (record["outcome"], record["fired"]) == (trial.outcome.value, trial.fired)
+        assert record["result"] == _expected(trial)
+
+
+def test_a_soak_is_that_of_rtec_safety_soak():
+    soak = run_soak(SoakPlan(hours=0.06, episode_s=60.0, seed=3))
+    plan = replace(read_plan("soak").only(["a"]), seed=3)
+    plan = replace(plan, runs=2, grid={**plan.grid, "length_s": (60.0,)})
+    found = records_of(plan)
+    for episode in soak.episodes:
+        if episode.design is Design.A and episode.number < 2:
+            assert found.pop(("a", 60.0, episode.number)) == episode_record(episode)
+    assert not found
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(("design", "hold"), [(Design.ORIGINAL, "no"), (Design.C, "yes")])
+def test_the_envelope_is_that_of_rtec_envelope(design, hold):
+    plan = read_plan("envelope").only([design.value, "8051-12mhz", f"hold-latch={hold}"])
+    old = EnvelopePlan(
+        designs=[design], hold_latch=hold == "yes",
+        processors=[one for one in EnvelopePlan().processors if one.name == "8051-12mhz"],
+    )  # fmt: skip
+    row = find_envelope(old)[0]
+    (found,) = records_of(plan).values()
+    assert found == row_record(row)
+    document = row.to_dict()
+    for key in ("max_safe_hz", "limited_by", "gate_hz", "max_jitter_ps", "trials", "summary", "waiting_loop_cycles"):
+        assert found[key] == document[key]
+
+
+def test_motions_find_what_a_box_without_latch_gets_wrong_and_the_stream_that_shows_it():
+    plan = replace(read_plan("motions").only(["c", "fast", "adversary", "frequency=500kHz"]), runs=40)
+    assert {one["outcome"] for one in records_of(plan).values()} <= {"correct", "deferred"}
+    merged = replace(plan, grid={**plan.grid, "latch": ("merge",), "gate": ("off",)})
+    wrong = [one for one in records_of(merged).values() if one["result"] == "failed"]
+    assert wrong
+    assert all(one["outcome"] in ("illegal", "undetected") and "end" in one["stream"] for one in wrong)
+
+
+def test_every_fault_has_a_word_a_place_and_a_category():
+    fault = read_plan("safety").kind.parameter("fault")
+    assert len(fault.words) == len(VARIANTS)
+    of_place = [set(fault.meant(f"place={place}")) for place in ("bus", "pc", "axis")]
+    assert sum(map(len, of_place)) == len(set.union(*of_place)) == len(VARIANTS)
+    assert set(fault.meant("category=the-lines-before-the-box")) < of_place[2]
+    assert fault.meant("cable-open") == ("encoder-cable-open-for-50-ms", "encoder-cable-open-for-good")
