@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from rtec.cli._console import note
+from rtec.cli._console import note, progress
 from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -64,10 +64,11 @@ def write_program(
         f"Positions of {axis} corrected by rtec for the errors of {known.name}{known.at}",
         f"For a machine that does not correct {axis} itself. Numbers of {axis} are commands, not places",
     )
-    done = correct_program(
-        program, target, table=table, predictor=errors, axis=axis, head=head, zero_mm=zero_mm, unit_mm=unit_mm,
-        resolution_mm=resolution_mm, within_mm=within_mm,
-    )  # fmt: skip
+    with progress(f"correcting {program.name}"[:60]) as show:
+        done = correct_program(
+            program, target, table=table, predictor=errors, axis=axis, head=head, zero_mm=zero_mm, unit_mm=unit_mm,
+            resolution_mm=resolution_mm, within_mm=within_mm, progress=show,
+        )  # fmt: skip
     return {
         "axis": axis,
         "lines": done.lines,

@@ -43,7 +43,7 @@ class Known:
         return "" if self.warmth is None else f", {self.warmth}"
 
 
-def warmth_of(at_s: float | None, temperatures: Sequence[str], spindle_rpm: float | None) -> Warmth | None:
+def warmth_of(since_on_s: float | None, temperatures: Sequence[str], spindle_rpm: float | None) -> Warmth | None:
     """Return how warm the machine is, as the options say; None where they say nothing.
 
     Raises
@@ -65,9 +65,9 @@ def warmth_of(at_s: float | None, temperatures: Sequence[str], spindle_rpm: floa
             raise ArgumentError("--temperature", f"{bare} twice", "each thermometer once")
         unit = next(UNITS[unit] for unit in ("degC", "degF", "K") if unit.lower() == found["unit"].lower())
         degrees[name] = (float(found["number"]) + unit.offset) * unit.factor
-    if at_s is None and not degrees and spindle_rpm is None:
+    if since_on_s is None and not degrees and spindle_rpm is None:
         return None
-    return Warmth(since_on_s=at_s, temperatures_degc=degrees, spindle_rpm=spindle_rpm)
+    return Warmth(since_on_s=since_on_s, temperatures_degc=degrees, spindle_rpm=spindle_rpm)
 
 
 def known_of(path: Path, trained: KnownPredictor | None, warmth: Warmth | None, effects: Path | None) -> Known:

@@ -64,7 +64,7 @@ def export(
     ),
     unit: str = word("--unit", "mm|inch", "Machine unit of LinuxCNC and of a program.", default="mm"),
     axis: str | None = option("--axis", "X", "Axis of a control or a program; that of the model, else X."),
-    at_s: float | None = quantity("--at", TIME, "'60 min'", "Since it was switched on.", panel=_WARMTH),
+    since_on_s: float | None = quantity("--at", TIME, "'60 min'", "Since it was switched on.", panel=_WARMTH),
     temperatures: list[str] | None = option(
         "--temperature", "NAME=22degC", "Of a thermometer; once for each.", panel=_WARMTH
     ),
@@ -105,7 +105,7 @@ def export(
     from rtec.predictors.predictor_file import is_predictor_file, read_predictor
 
     trained = read_predictor(model) if is_predictor_file(model) else None
-    warmth = warmth_of(at_s, temperatures or (), spindle_rpm)
+    warmth = warmth_of(since_on_s, temperatures or (), spindle_rpm)
     if trained is not None and isinstance(trained.predictor, Narx):
         others = {"--gcode": gcode, "--temperature": warmth, "--from": start_mm, "--to": end_mm}
         _narx(trained, trained.predictor, files, [name for name, value in others.items() if value is not None],

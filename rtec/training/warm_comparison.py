@@ -65,7 +65,8 @@ def warm_residual(
     for name in model.inputs[1:]:
         if name not in log.inputs:
             problem = f"no {name}, which the model follows"
-            raise FileFormatError(log.source, None, problem, nearest(name, log.inputs) or "a log with this column")
+            allowed = "; ".join(filter(None, ("a log with this column", nearest(name, log.inputs))))
+            raise FileFormatError(log.source, None, problem, allowed)
     predicted, _ = model.predict(log.time_s, log.inputs, log.starts)
     left = next(iter(log.outputs.values())) - predicted * MM_OF[model.unit] * _UM_PER_MM
     answered = np.isfinite(left)

@@ -69,7 +69,7 @@ class Moves:
         line = line_of(text)
         if not line.words and not line.letters and not line.keywords and not line.computed:
             return [text]
-        before = replace(self.modes)
+        before = replace(self.modes) if line.codes else self.modes
         followed = self.modes.take(line)
         if followed:
             found = self._followed(line, before)

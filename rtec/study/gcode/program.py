@@ -10,6 +10,7 @@ from typing import TextIO
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError
 from rtec.io import WholeFile, unreadable
+from rtec.jobs import Report
 from rtec.predictors import Predictor
 from rtec.study.compensation import Compensation
 from rtec.study.gcode.axis import AxisCorrection, ErrorLeft
@@ -57,6 +58,7 @@ def correct_program(
     unit_mm: float = 1.0,
     resolution_mm: float = 1e-4,
     within_mm: float = 1e-4,
+    progress: Report = lambda share: None,
 ) -> CorrectedProgram:
     """Write a program so that an axis with the errors of a predictor comes to the places that it states.
 
@@ -80,6 +82,8 @@ def correct_program(
         Steps of the numbers that are written, at most.
     within_mm
         How far an arc may be from what the correction asks for.
+    progress
+        Told the share that is done.
 
     Raises
     ------
@@ -110,11 +114,13 @@ def correct_program(
     written = 0
     try:
         with open(source, encoding=_BYTES, newline="") as file, WholeFile(target) as whole:
+            size = max(os.fstat(file.fileno()).st_size, 1)
             waiting: list[str] = []
             for line in _corrected(file, moves, head, str(source)):
                 waiting.append(line)
                 written += 1
                 if len(waiting) >= _AT_ONCE:
+                    progress(min(os.lseek(file.fileno(), 0, os.SEEK_CUR) / size, 1.0))
                     whole.write("".join(waiting).encode(_BYTES, errors="replace"))
                     waiting.clear()
             whole.write("".join(waiting).encode(_BYTES, errors="replace"))
