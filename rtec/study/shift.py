@@ -141,7 +141,8 @@ def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
 
 def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
     method = next(one for one in warm_methods() if one.name == heat.fit)
-    fits = method.fit(WarmTask(parts=parts_of(log, log), seed=heat.seed)).channels
+    parts = parts_of(log, log)
+    fits = method.fit(WarmTask(parts=parts, seed=heat.seed)).channels
     regressors = {name: fit.regressor for name, fit in fits.items() if isinstance(fit.regressor, Regressor)}
     if len(regressors) < len(fits):
         raise ArgumentError("heat.fit", repr(heat.fit), "a method whose model the PC can follow")
@@ -153,6 +154,7 @@ def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
         WarmModel(
             features=fit.features,
             regressor=regressors[name],
+            begin=parts.begin(fit.features),
             observe=name,
             unit="um",
             ranges={each: ranges[each] for each in dict.fromkeys(one.of for one in fit.features)},
