@@ -104,7 +104,10 @@ def warm_axis(
     models = heat.models or _fitted(heat, training_log(study, heat, sees_speed=sees_speed))
     ends_mm = (heat.plan.start_mm, heat.plan.end_mm) if len(models) == 2 else ()
     first = {OF_TEMPERATURE + name: float(np.ravel(values)[0]) for name, values in course.thermometers.items()}
-    return WarmAxis(cold=cold, heat=models, at_mm=ends_mm, reference={**first, SPINDLE_SPEED: 0.0})
+    try:
+        return WarmAxis(cold=cold, heat=models, at_mm=ends_mm, reference={**first, SPINDLE_SPEED: 0.0})
+    except ArgumentError as error:
+        raise error.of("heat.model" if heat.models else f"heat.fit = {heat.fit!r}") from None
 
 
 def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
