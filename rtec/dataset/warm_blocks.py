@@ -20,7 +20,7 @@ FEWEST_BLOCKS = 3
 """With fewer, none can be held out while another is left out."""
 _MOST_BLOCKS = 30
 _SHORTEST_S = 300.0
-_SAME_SPEED_RPM, _SAME_SPEED = 10.0, 0.02  # within which a measured speed is the same
+_SAME_SPEED_RPM, _SAME_SPEED = 10.0, 0.02  # and share of the fastest, within which a measured speed is the same
 _GAP = 10.0  # usual intervals without a row that may end a stretch
 _LONGEST_GAP_S = 600.0
 _SWING = 0.2  # share of the range of a temperature that a turn has to have
@@ -157,8 +157,9 @@ def _numbers(passed_s: Floats, begins: Ints, shortest_s: float) -> Ints:
 def _changes(speed: Floats) -> Ints:
     """Return the rows at which a speed, which may be a measured one, changes."""
     begins, before = [], speed[0]
+    same = max(_SAME_SPEED_RPM, _SAME_SPEED * float(np.abs(speed).max()))
     for row in (1 + np.flatnonzero(np.diff(speed))).tolist():
-        if abs(speed[row] - before) > max(_SAME_SPEED_RPM, _SAME_SPEED * abs(before)):
+        if abs(speed[row] - before) > same:
             begins.append(row)
             before = speed[row]
     return np.array(begins, dtype=np.int64)

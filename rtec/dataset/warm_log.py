@@ -94,6 +94,13 @@ def is_warm_log(measurement: Measurement, observe: str | None = None) -> bool:
     return observe is not None and _word(observe) in measurement.channels()
 
 
+def _notes_of(measurement: Measurement) -> list[str]:
+    """Return what was guessed of the file, but that a displacement is a position."""
+    if _is_over_positions(measurement):
+        return list(measurement.notes)
+    return [note for note in measurement.notes if not note.endswith("for the actual position")]
+
+
 def _is_over_positions(measurement: Measurement) -> bool:
     """Return whether a measurement has positions; what was only taken for one, as ``z_um``, is a displacement."""
     actual = "actual" in measurement.columns and "actual" not in measurement.headings
@@ -176,7 +183,7 @@ def warm_log(
         inputs=left.inputs,
         blocks=found,
         starts=starts,
-        notes=(*measurement.notes, *notes, *left.notes, *breaks, *found.notes),
+        notes=(*_notes_of(measurement), *notes, *left.notes, *breaks, *found.notes),
     )
 
 

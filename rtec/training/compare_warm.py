@@ -101,7 +101,7 @@ def _rows(
             reason = "ended before its turn"
         elif method.needs_blocks and parts.blocks < 2:
             reason = f"leaving out a block needs two blocks, and {parts.blocks} trains"
-        elif left_s <= 0.0 and place:
+        elif left_s <= 0.0 and method.is_slow:
             reason = f"the {budget_s:.3g} s were over before its turn: --budget gives more"
         else:
             progress(method.name, place / len(methods))

@@ -26,12 +26,15 @@ class WarmMethod:
         Fits it to every channel.
     needs_blocks
         Whether it has no figure where a single block trains.
+    is_slow
+        Whether it takes seconds, so that it is left out once the time is over.
     """
 
     name: str
     kind: WarmKind
     fit: Callable[[WarmTask], WarmFit]
     needs_blocks: bool = True
+    is_slow: bool = False
 
 
 def warm_methods() -> tuple[WarmMethod, ...]:
@@ -43,11 +46,11 @@ def warm_methods() -> tuple[WarmMethod, ...]:
         WarmMethod(name="least squares", kind=linear, fit=fit_plain),
         WarmMethod(name="ridge", kind=linear, fit=fit_plain_ridge),
         WarmMethod(name="first-order lags", kind=physical, fit=fit_lags),
-        WarmMethod(name="LS-SVM", kind=WarmKind.KERNEL, fit=fit_machine),
-        WarmMethod(name="fuzzy network product", kind=WarmKind.FUZZY, fit=product),
-        WarmMethod(name="fuzzy network minimum", kind=WarmKind.FUZZY, fit=minimum),
-        WarmMethod(name="Bayesian network", kind=bayes, fit=fit_bayesian),
-        WarmMethod(name="Bayesian network mode", kind=bayes, fit=fit_bayesian_mode),
-        WarmMethod(name="Bayesian network with LS-SVM", kind=bayes, fit=fit_both),
-        WarmMethod(name="named effects", kind=physical, fit=fit_effects),
+        WarmMethod(name="LS-SVM", kind=WarmKind.KERNEL, fit=fit_machine, is_slow=True),
+        WarmMethod(name="fuzzy network product", kind=WarmKind.FUZZY, fit=product, is_slow=True),
+        WarmMethod(name="fuzzy network minimum", kind=WarmKind.FUZZY, fit=minimum, is_slow=True),
+        WarmMethod(name="Bayesian network", kind=bayes, fit=fit_bayesian, is_slow=True),
+        WarmMethod(name="Bayesian network mode", kind=bayes, fit=fit_bayesian_mode, is_slow=True),
+        WarmMethod(name="Bayesian network with LS-SVM", kind=bayes, fit=fit_both, is_slow=True),
+        WarmMethod(name="named effects", kind=physical, fit=fit_effects, is_slow=True),
     )

@@ -150,12 +150,19 @@ def _with_own_settings(task: WarmTask, most: int, fit_of: Callable[[FeatureSet],
     """Return the fit whose features have the lowest error by blocks over all channels; each channel sets the rest."""
     rows = _rows(task, most)
     found: list[tuple[float, WarmFit]] = []
+    refused: list[ArgumentError] = []
     for features in _sets(task):
         if found and time.perf_counter() > task.until_s:
             break
-        fit = _with_rows(task, features, rows, fit_of(features))
+        try:
+            fit = _with_rows(task, features, rows, fit_of(features))
+        except ArgumentError as error:  # of these features; others may do
+            refused.append(error)
+            continue
         errors = [rms(one.left_out) for one in fit.channels.values() if one.left_out is not None]
         found.append((rms(np.array(errors)), fit))
+    if not found:
+        raise refused[0]
     return min(found, key=lambda one: one[0])[1]
 
 
