@@ -1,5 +1,6 @@
 """Jobs for the tests of campaigns: importable in other processes; each has the fate that its parameters say."""
 
+import math
 import os
 import time
 
@@ -33,4 +34,18 @@ KIND = JobKind(
     by=("fate",),
     proves=("fate",),
     impossible=lambda parameters: "it never comes to pass" if parameters["fate"] == "never" else None,
+)
+
+
+def ishigami(parameters, seed, run):
+    """Return the function of Ishigami and Homma (1990), whose Sobol indices are known."""
+    x, y, z = (parameters[name] for name in "xyz")
+    return {"result": PASSED, "value": math.sin(x) + 7.0 * math.sin(y) ** 2 + 0.1 * z**4 * math.sin(x), "same": 1.0}
+
+
+ISHIGAMI = JobKind(
+    does="A function is evaluated.",
+    function=f"{__name__}:ishigami",
+    parameters=tuple(Number(name=name, low=-math.pi, high=math.pi, default=0.0) for name in "xyz"),
+    by=(),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,7 @@ def is_warm(data: Path, observe: str | None, columns: ColumnOptions) -> bool:
     from rtec.metrology import read_measurement
 
     try:
-        return is_warm_log(read_measurement(data, columns.choices()), observe)
+        return is_warm_log(read_measurement(data, replace(columns.choices(), gaps=True)), observe)
     except RtecError:
         return False
 

@@ -16,7 +16,7 @@ from rtec.cli._parameters import apart, flag, force, needs, option, whole, writt
 from rtec.cli._train_dynamic import train_dynamic
 from rtec.cli._train_options import TrainOptions
 from rtec.cli._train_warm import is_warm, train_warm
-from rtec.cli._words import MOTION_MODELS, PREDICTORS, completing
+from rtec.cli._words import MOTION_MODELS, PREDICTORS, WARM_MODELS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
 from rtec.units import TIME, parse_quantity
@@ -53,7 +53,10 @@ def train(
     heldout: Path | None = option("--heldout", "FILE", "Another measurement that judges, best at other targets."),
     output: Path | None = written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",)),
     pick: str | None = option(
-        "--pick", "NAME", "Write the predictor of this row.", complete=completing((*PREDICTORS, *MOTION_MODELS))
+        "--pick",
+        "NAME",
+        "Write the predictor of this row.",
+        complete=completing((*PREDICTORS, *MOTION_MODELS, *WARM_MODELS)),
     ),
     dynamic: bool = flag("--dynamic", "DATA is the log of a drive: models of motion, compared in free run."),
     observe: str | None = option(

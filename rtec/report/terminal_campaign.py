@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from rtec.verify.campaign.run import Campaign, Counts
+    from rtec.verify.campaign.sensitivity import SobolIndex
 
 _TOLD = 10
 """Jobs that failed, and holes, up to which each has a line."""
@@ -46,10 +47,25 @@ def show(campaign: Campaign, again: str) -> None:
     )
     if total.tried:
         console.print(_rate(total), soft_wrap=True)
+    for line in _sensitivity(campaign):
+        console.print(line, soft_wrap=True)
     if total.exempt:
         console.print("Exempt: harm that what is tried could not have prevented.")
     for line in _against(campaign, again):
         console.print(line, soft_wrap=True, markup=False)
+
+
+def _sensitivity(campaign: Campaign) -> Iterator[str]:
+    """Yield a line for each result whose variance has been split up, the parameters with the largest share first."""
+    split: dict[str, list[SobolIndex]] = {}
+    for index in campaign.sensitivity:
+        split.setdefault(" ".join([*map(str, index.where.values()), index.of]), []).append(index)
+    if split:
+        yield "Total Sobol indices, with 95 % intervals:"
+    for where, parts in split.items():
+        parts.sort(key=lambda index: index.total, reverse=True)
+        shares = (f"{one.parameter} {one.total:.2f} ({one.total_95[0]:.2f}..{one.total_95[1]:.2f})" for one in parts)
+        yield f"  {where}: {', '.join(shares)}"
 
 
 def _against(campaign: Campaign, again: str) -> Iterator[str]:

@@ -98,8 +98,7 @@ class _Jobs:
 
     def __init__(self, study: Study, workers: Workers) -> None:
         self.task = measuring_run(study.plan, study.limits, shape=study.shape)
-        draws = np.random.default_rng(study.seed).normal(0.0, 1.0, self.task.target_mm.size)
-        self._noise = draws * study.repeatability_mm
+        self._noise = _noise(study, self.task)
         self._period_mm = study.period_mm
         self._workers = workers
 
@@ -202,6 +201,25 @@ def _fine_grid(study: Study) -> NDArray[np.float64]:
     start, end = study.plan.start_mm, study.plan.end_mm
     spacing = (study.period_mm or study.table_interval_mm) / 60.0
     return np.linspace(start, end, min(max(round((end - start) / spacing), 1), 100_000) + 1)
+
+
+def measured_row(study: Study, design: Design) -> StudyRow:
+    """Measure one row of a study alone: the axis as a design corrects it, by the model that the study holds.
+
+    Raises
+    ------
+    ArgumentError
+        A program that the axis or the laser cannot carry out.
+    """
+    task = measuring_run(study.plan, study.limits, shape=study.shape)
+    machine = _troubled(study, _with_box(study, design))
+    return _row(study.period_mm, design.value, machine, task, _noise(study, task), lambda share: None)
+
+
+def _noise(study: Study, task: MeasuringRun) -> NDArray[np.float64]:
+    """Return what the laser adds to each reading; the same for all rows."""
+    draws = np.random.default_rng(study.seed).normal(0.0, 1.0, task.target_mm.size)
+    return draws * study.repeatability_mm
 
 
 def _row(

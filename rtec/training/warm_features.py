@@ -39,8 +39,9 @@ def lag_sets(inputs: Sequence[str]) -> list[FeatureSet]:
 
 def few_columns(inputs: Sequence[str]) -> FeatureSet:
     """Return the usual features without those temperatures that are behind, where there is a speed."""
-    sets = lag_sets(inputs)
-    return sets[len(LAGS_S)] if SPINDLE_SPEED in inputs else sets[0]
+    usual = lag_sets(inputs)[0]
+    as_they_are = tuple(one for one in usual if one.of == SPINDLE_SPEED or one.lag_s == 0.0)
+    return as_they_are if SPINDLE_SPEED in inputs else usual
 
 
 def weights_of(features: FeatureSet, columns: Floats) -> Floats:
@@ -54,7 +55,8 @@ def weights_of(features: FeatureSet, columns: Floats) -> Floats:
     van den Berg et al. 2006: Pareto scaling.
     """
     unit = np.array([_SPEED_UNIT if one.of == SPINDLE_SPEED and not one.heat else 1.0 for one in features])
-    return np.asarray(np.sqrt(columns.std(axis=0) / unit))
+    spread = columns.std(axis=0) / unit
+    return np.asarray(np.sqrt(np.where(spread > 0.0, spread, 1.0)))
 
 
 def scaled_columns(features: FeatureSet, columns: Floats) -> Floats:

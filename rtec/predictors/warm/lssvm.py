@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,6 +20,8 @@ MOST_LANDMARKS = 96
 """Rows by which the standard deviation is told."""
 KNOWN = 1e-6
 """Variance, as a share of the prior one, at which a row is told by the landmarks before it."""
+LEAST = 1e-9
+"""Width and gamma."""
 AT_ONCE = 1 << 21
 """Kernel values that are computed at once."""
 
@@ -36,8 +38,8 @@ class LsSvm:
     Notes
     -----
     ``f(x) = sum_i alpha_i K(x, x_i) + b`` with ``K(x, z) = exp(-abs(x - z) ** 2 / (2 width ** 2)) + linear * x'z`` of
-    scaled columns (Yao et al. 2013, equation 6, who do not name their kernel). Far from all rows the bells are
-    silent: a linear part goes on with a slope where they fall back to the bias.
+    scaled columns (Yao et al. 2013, equation 6, who do not name their kernel). What the linear parts add up to is
+    kept as slopes. Far from all rows the bells are silent, and the slopes go on.
 
     The standard deviation is that of the Gaussian process with the same mean, a bias of which nothing is known
     before, and a variance of the noise of ``noise_sd ** 2 / gamma``. It is computed from the landmarks: rows taken
@@ -71,34 +73,41 @@ class LsSvm:
     alpha: Floats
     """Shape (rows,)."""
     bias: float
+    slopes: Floats = field(default_factory=lambda: np.zeros(0))
+    """Of scaled columns, shape (features,); empty: none."""
     noise_sd: float = 0.0
     """Standard deviation of the bells before anything is measured; 0: not known."""
     linear: float = 0.0
     """Weight of the linear kernel against the bells."""
 
     def __post_init__(self) -> None:
-        centre, per_unit, points, alpha = (
-            np.asarray(getattr(self, name), dtype=np.float64) for name in ("centre", "per_unit", "points", "alpha")
-        )
-        if centre.ndim != 1 or not centre.size or per_unit.shape != centre.shape:
-            raise ArgumentError("per_unit", f"an array of shape {per_unit.shape}", f"one for each of {centre.size}")
-        if alpha.ndim != 1 or not alpha.size or points.shape != (alpha.size, centre.size):
-            allowed = f"shape ({alpha.size}, {centre.size}), a row for each alpha and a column for each feature"
-            raise ArgumentError("points", f"an array of shape {points.shape}", allowed)
-        for name, value in (("width", self.width), ("gamma", self.gamma)):
-            if not 0.0 < value < np.inf:
-                raise ArgumentError(name, value, "a finite number above 0")
-        if not 0.0 <= self.linear < np.inf:
-            raise ArgumentError("linear", self.linear, "a finite number of 0 or more")
-        if not all(np.isfinite(part).all() for part in (centre, per_unit, points, alpha, self.bias, self.noise_sd)):
-            raise ArgumentError("points", "a number that is not finite", "finite numbers")
-        for name, array in (("centre", centre), ("per_unit", per_unit), ("points", points), ("alpha", alpha)):
+        features, rows = np.size(self.centre), np.size(self.alpha)
+        if not np.size(self.slopes):
+            object.__setattr__(self, "slopes", np.zeros(features))
+        one = (features,)
+        shapes = {"centre": one, "per_unit": one, "slopes": one, "alpha": (rows,), "points": (rows, features)}
+        for name, shape in shapes.items():
+            array = np.asarray(getattr(self, name), dtype=np.float64)
+            if array.shape != shape or not array.size:
+                raise ArgumentError(name, f"an array of shape {array.shape}", f"shape {shape}, and none of them 0")
+            if not np.isfinite(array).all():
+                raise ArgumentError(name, "a number that is not finite", "finite numbers")
             object.__setattr__(self, name, array)
+        for name, least in (
+            ("width", LEAST),
+            ("gamma", LEAST),
+            ("noise_sd", 0.0),
+            ("linear", 0.0),
+            ("bias", -np.inf),
+        ):
+            value = getattr(self, name)
+            if not (value >= least and np.isfinite(value)):
+                raise ArgumentError(name, value, f"a finite number of at least {least:g}")
 
     @property
     def parameters(self) -> int:
-        """A multiplier for each row, and the bias."""
-        return self.alpha.size + 1
+        """A multiplier for each row, the bias, and slopes that are not zero."""
+        return self.alpha.size + 1 + int(np.count_nonzero(self.slopes))
 
     def predict(self, columns: Floats) -> tuple[Floats, Floats]:
         """Return output and standard deviation, shape (rows,) each, of columns, shape (rows, features)."""
@@ -108,15 +117,9 @@ class LsSvm:
         for first in range(0, len(scaled), at_once):
             part = slice(first, first + at_once)
             alike = kernel_between(scaled[part], self.points, self.width)
-            found[part] = alike @ self.alpha + scaled[part] @ self._slopes + self.bias
+            found[part] = alike @ self.alpha + scaled[part] @ self.slopes + self.bias
             sd[part] = self.noise_sd * self._known.sd(scaled[part], alike) if self.noise_sd else 0.0
         return found, sd
-
-    @functools.cached_property
-    def _slopes(self) -> Floats:
-        """What the linear kernel adds up to, for scaled columns."""
-        found: Floats = self.linear * (self.alpha @ self.points)
-        return found
 
     @functools.cached_property
     def _known(self) -> _Known:
@@ -135,7 +138,7 @@ class LsSvm:
         sizes = [float(n) for n in (self.centre.size, self.alpha.size, known.places.size)]
         head = [*sizes, 0.5 / self.width**2, self.bias, self.noise_sd, known.noise, known.bias_weight, self.linear]
         triangles = [known.places.astype(np.float64), known.root.ravel(), known.left.ravel(), known.pull]
-        columns = [self.centre, self.per_unit, self._slopes]
+        columns = [self.centre, self.per_unit, self.slopes]
         return np.concatenate([head, *columns, self.points.ravel(), self.alpha, *triangles])
 
     @property
@@ -154,6 +157,7 @@ class LsSvm:
             "points": self.points.ravel().tolist(),
             "alpha": self.alpha.tolist(),
             "bias": float(self.bias),
+            "slopes": self.slopes.tolist(),
             "noise_sd": float(self.noise_sd),
             "linear": float(self.linear),
         }
@@ -176,6 +180,7 @@ class LsSvm:
             points=_plain.array(plain, "points", centre.size * alpha.size).reshape(alpha.size, centre.size),
             alpha=alpha,
             bias=_plain.number(plain, "bias"),
+            slopes=_plain.array(plain, "slopes", centre.size),
             noise_sd=_plain.number(plain, "noise_sd"),
             linear=_plain.number(plain, "linear"),
         )

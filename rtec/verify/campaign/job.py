@@ -30,6 +30,8 @@ JOB_KINDS = {
     "episode": "rtec.verify.safety.jobs:EPISODE",
     "envelope": "rtec.verify.envelope.jobs:ENVELOPE",
     "motion": "rtec.verify.contract.jobs:MOTION",
+    "game": "rtec.blind.jobs:GAME",
+    "lathe": "rtec.study.jobs:LATHE",
 }
 """Kinds of jobs by the word that plans use; another kind is named by its place, ``package.module:NAME``."""
 

@@ -16,7 +16,7 @@ from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io import Section, parse_toml, read_text
 from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
 
-BUILT_IN = ("safety", "soak", "envelope", "motions")
+BUILT_IN = ("safety", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans that come with rtec, each a file of this folder."""
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
@@ -24,7 +24,7 @@ _MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
 _FOLDER = Path(__file__).parent
 _TOP = ("about", "job", "seed", "runs", "by", "try", "only")
 _RANGE = ("from", "to", "points", "spacing", "draw")
-_SPACINGS, _DRAWS = ("linear", "log"), ("random", "latin")
+_SPACINGS, _DRAWS = ("linear", "log"), ("random", "latin", "sobol")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,8 +35,9 @@ class Range:
     high: float
     log: bool
     """Whether their logarithms are drawn."""
-    latin: bool
-    """Whether they are stratified, together with all others that are: a Latin hypercube over the runs."""
+    draw: str
+    """``random``; ``latin``: stratified together with all others that are, a Latin hypercube over the runs;
+    ``sobol``: in the order of Saltelli, for Sobol indices."""
 
     def at(self, share: float) -> float:
         """Return the number at a share of the way."""
@@ -75,7 +76,7 @@ class Plan:
     seed: int
     """Of everything that is random."""
     runs: int
-    """Jobs of each combination, each with random numbers of its own."""
+    """Jobs of each combination, each with random numbers of its own; of Sobol indices the size of the base sample."""
     by: tuple[str, ...]
     """Parameters by which the records are counted."""
     grid: Mapping[str, tuple[Value, ...]]
@@ -84,10 +85,26 @@ class Plan:
     """Ranges of the others."""
     conditions: tuple[Condition, ...]
 
+    def __post_init__(self) -> None:
+        if self.sobol and len(self.sobol) < len(self.drawn):
+            raise ArgumentError("draw", "sobol for some parameters", "it for all that are drawn, or for none")
+        if self.sobol and self.runs & (self.runs - 1):
+            raise ArgumentError("runs", self.runs, "a power of two for Sobol indices, as 256", problem="is none")
+
+    @property
+    def sobol(self) -> list[str]:
+        """Return the parameters of which Sobol indices are wanted."""
+        return [name for name, one in self.drawn.items() if one.draw == "sobol"]
+
+    @property
+    def repeats(self) -> int:
+        """Return the number of jobs of each combination."""
+        return self.runs * (len(self.sobol) + 2) if self.sobol else self.runs
+
     @property
     def size(self) -> int:
         """Return the number of jobs before any condition."""
-        return math.prod(len(values) for values in self.grid.values()) * self.runs
+        return math.prod(len(values) for values in self.grid.values()) * self.repeats
 
     def rows(self) -> Iterator[dict[str, Value]]:
         """Yield the combinations of the grid that the conditions let through."""
@@ -106,7 +123,7 @@ class Plan:
             There is none.
         """
         draws, some, reasons = self._draws(), False, dict[str, None]()
-        for run in range(self.runs):
+        for run in range(self.repeats):
             for row in self.rows():
                 reason = self.kind.impossible(row)
                 if reason is not None:
@@ -121,13 +138,19 @@ class Plan:
     def _draws(self) -> dict[str, list[Value]]:
         """Return the values of each drawn parameter, one a run."""
         generator = np.random.default_rng([self.seed, len(self.drawn)])
-        latin = [name for name, one in self.drawn.items() if one.latin]
-        shares = {name: generator.random(self.runs) for name in self.drawn if name not in latin}
-        if latin:
+        latin, sobol = [name for name, one in self.drawn.items() if one.draw == "latin"], self.sobol
+        shares = {name: generator.random(self.runs) for name in self.drawn if name not in (*latin, *sobol)}
+        if latin or sobol:
             from scipy.stats import qmc  # noqa: PLC0415 - half a second, and most plans draw nothing
-
+        if latin:
             sample = qmc.LatinHypercube(d=len(latin), seed=generator).random(self.runs)
             shares |= {name: sample[:, k] for k, name in enumerate(latin)}
+        if sobol:
+            # two independent samples A and B, then A with one column after the other from B (Saltelli et al. 2010)
+            first, second = np.split(qmc.Sobol(d=2 * len(sobol), seed=generator).random(self.runs), 2, axis=1)
+            mixed = [np.where(np.arange(len(sobol)) == k, second, first) for k in range(len(sobol))]
+            sample = np.vstack([first, second, *mixed])
+            shares |= {name: sample[:, k] for k, name in enumerate(sobol)}
         found: dict[str, list[Value]] = {}
         for name, one in self.drawn.items():
             parameter = self.kind.parameter(name)
@@ -285,7 +308,7 @@ def _range(tried: Section, one: Number, given: dict[str, Any]) -> tuple[Section,
             raise unknown(section.where(key), str(word), words)
     if spacing == "log" and low <= 0.0:
         raise section.refused("from", "a value above zero", problem="has no logarithm")
-    return section, Range(low=low, high=high, log=spacing == "log", latin=draw == "latin")
+    return section, Range(low=low, high=high, log=spacing == "log", draw=str(draw))
 
 
 def _drawn(tried: Section, one: Number, given: dict[str, Any]) -> Range:

@@ -12,6 +12,7 @@ from rtec.verify.campaign.code import code_of
 from rtec.verify.campaign.executors import Batch, Carried, Executor, Raised
 from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Job, Value
 from rtec.verify.campaign.plan import Plan
+from rtec.verify.campaign.sensitivity import SobolIndex, sensitivity
 from rtec.verify.campaign.store import Done, Store
 
 _BATCH_S = 1.0
@@ -84,6 +85,8 @@ class Campaign:
     """Jobs that came to no record; they are tried again by the same command."""
     seconds: float
     """That all jobs took together, whenever they were run."""
+    sensitivity: tuple[SobolIndex, ...] = ()
+    """Where the plan draws for them."""
 
     @property
     def good(self) -> bool:
@@ -111,6 +114,7 @@ class Campaign:
                 for values, counted in self.rows.items()
             ],
             "total": counts.to_dict(),
+            "sensitivity": [index.to_dict() for index in self.sensitivity],
             "holes": [dict(hole) for hole in self.holes],
             "failing": [
                 {"job": one.address, **one.job.parameters, "run": one.job.run, **one.record} for one in self.failing
@@ -229,6 +233,7 @@ def counted(plan: Plan, code: str, store: Store, addresses: list[str], raised: l
     return Campaign(
         plan=plan, code=code, jobs=len(addresses), counts=counts, rows=rows, holes=tuple(holes),
         failing=tuple(failing), raised=tuple(raised), seconds=seconds,
+        sensitivity=tuple(sensitivity(plan, store.records(addresses))) if plan.sobol else (),
     )  # fmt: skip
 
 

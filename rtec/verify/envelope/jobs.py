@@ -14,14 +14,14 @@ def row(parameters: Parameters, seed: int, run: int) -> Record:
     Parameters
     ----------
     parameters
-        ``design``, ``processor``, ``hold-latch`` (yes or no), ``sweep`` (short or exhaustive): words; ``jitter_ps``.
+        ``design``, ``processor``, ``hold_latch`` (yes or no), ``sweep`` (short or exhaustive): words; ``jitter_ps``.
     seed, run
         Nothing is random.
     """
     plan = EnvelopePlan(
         designs=[Design.named(str(parameters["design"]))],
         processors=[Microcontroller.named(str(parameters["processor"]))],
-        hold_latch=parameters["hold-latch"] == "yes",
+        hold_latch=parameters["hold_latch"] == "yes",
         jitter_ps=int(parameters["jitter_ps"] or 0),
         exhaustive=parameters["sweep"] == "exhaustive",
     )
@@ -52,9 +52,9 @@ ENVELOPE = JobKind(
     parameters=(
         Choice(name="design", words=tuple(design.value for design in Design)),
         Choice(name="processor", words=tuple(MICROCONTROLLERS)),
-        Choice(name="hold-latch", words=("no", "yes"), default=("no",)),
+        Choice(name="hold_latch", words=("no", "yes"), default=("no",)),
         Choice(name="sweep", words=("short", "exhaustive"), default=("short",)),
         Number(name="jitter_ps", unit="ps", low=0.0, high=1e9, default=0.0, whole=True),
     ),
-    by=("design", "processor", "hold-latch"),
+    by=("design", "processor", "hold_latch"),
 )

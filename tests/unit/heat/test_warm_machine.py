@@ -232,7 +232,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "warm-machine.md").read_text(encodi
 
 def test_the_examples_of_the_page_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    first, own = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    first, own, *_ = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     exec(own, {})  # noqa: S102 - the page's own lines
     assert capsys.readouterr().out == "[47.1 36.9]\n"
     exec(first, {})  # noqa: S102 - the page's own lines

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +15,9 @@ from threadpoolctl import threadpool_limits
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
+from rtec.predictors.fitting.warm.linear import SHARES, fit_ridge
 from rtec.predictors.fitting.warm.rows import Rows, rms, rows_of
+from rtec.predictors.warm.linear import Linear
 from rtec.predictors.warm.lssvm import LsSvm
 from rtec.predictors.warm.regressor import RegressorFit
 
@@ -66,6 +70,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float,
         points=points,
         alpha=solved.alpha,
         bias=solved.bias,
+        slopes=linear * (solved.alpha @ points),
         linear=linear,
     )
 
@@ -115,12 +120,8 @@ def fit_ls_svm(
     >>> bool(np.abs(fit.left_out).max() < 0.1)
     True
     """
-    for name, values in (("widths", widths), ("gammas", gammas)):
-        if not len(values) or not all(0.0 < value < np.inf for value in values):
-            raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
+    _check_grid(widths, gammas, linear)
     rows = rows_of(columns, output, block)
-    if not len(linear) or not all(0.0 <= value < np.inf for value in linear):
-        raise ArgumentError("linear", f"{tuple(linear)}"[:60], "numbers of 0 or more")
     used = np.count_nonzero(rows.per_unit)
     unit = float(np.sqrt(used))
     with threadpool_limits(1):  # of matrices as small as these; beside another program, two wait for each other
@@ -136,6 +137,7 @@ def fit_ls_svm(
         points=rows.scaled,
         alpha=solved.alpha,
         bias=solved.bias,
+        slopes=weight * (solved.alpha @ rows.scaled),
         noise_sd=rms(left_out / np.sqrt(variances)),
         linear=weight,
     )
@@ -154,6 +156,68 @@ def fit_ls_svm(
             for width, gamma, weight, figure in tried
         ),
     )
+
+
+def fit_ridge_and_ls_svm(
+    columns: Floats,
+    output: Floats,
+    block: npt.ArrayLike,
+    *,
+    shares: Sequence[float] = SHARES,
+    widths: Sequence[float] = WIDTHS,
+    gammas: Sequence[float] = GAMMAS,
+    linear: Sequence[float] = LINEAR,
+) -> RegressorFit:
+    """Fit a ridge regression and an LS-SVM, and answer with their mean.
+
+    Parameters
+    ----------
+    columns, output, block, shares, widths, gammas, linear
+        As `fit_ridge` and `fit_ls_svm` take them.
+
+    Raises
+    ------
+    ArgumentError
+        As both.
+
+    Notes
+    -----
+    The two err in different directions, above all beyond the rows of the training. The standard deviation is that of
+    the LS-SVM, scaled to the residuals of the mean.
+
+    Examples
+    --------
+    >>> x = np.linspace(-3.0, 3.0, 40)[:, None]
+    >>> fit = fit_ridge_and_ls_svm(x, 2.0 * x[:, 0], np.arange(40) // 4)
+    >>> fit.regressor.predict(np.array([[2.5]]))[0].round(2).tolist()
+    [5.0]
+    """
+    line = fit_ridge(columns, output, block, shares=shares)
+    bells = fit_ls_svm(columns, output, block, widths=widths, gammas=gammas, linear=linear)
+    straight, machine = cast(Linear, line.regressor), cast(LsSvm, bells.regressor)
+    rows = rows_of(columns, output, block)
+    left_out = (line.left_out + bells.left_out) / 2.0
+    with threadpool_limits(1):
+        solved = _Solved.of(rows.scaled, rows.output, machine.width, machine.gamma, machine.linear)
+        _, variances = solved.without_each(rows)
+    slopes = np.divide(straight.slopes, rows.per_unit, out=np.zeros(rows.centre.size), where=rows.per_unit > 0.0)
+    mean = dataclasses.replace(
+        machine,
+        alpha=machine.alpha / 2.0,
+        slopes=(machine.slopes + slopes) / 2.0,
+        bias=(machine.bias + straight.intercept) / 2.0,
+        noise_sd=rms(left_out / np.sqrt(variances)),
+    )
+    notes = dict.fromkeys((*line.notes, *bells.notes))
+    return RegressorFit(regressor=mean, left_out=left_out, notes=tuple(notes), tried=(*line.tried, *bells.tried))
+
+
+def _check_grid(widths: Sequence[float], gammas: Sequence[float], linear: Sequence[float]) -> None:
+    for name, values in (("widths", widths), ("gammas", gammas)):
+        if not len(values) or not all(0.0 < value < np.inf for value in values):
+            raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
+    if not len(linear) or not all(0.0 <= value < np.inf for value in linear):
+        raise ArgumentError("linear", f"{tuple(linear)}"[:60], "numbers of 0 or more")
 
 
 def _in_words(linear: float) -> str:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.predictors.fitting.warm.lssvm import fit_ls_svm, train_ls_svm
+from rtec.predictors.fitting.warm.linear import fit_ridge
+from rtec.predictors.fitting.warm.lssvm import fit_ls_svm, fit_ridge_and_ls_svm, train_ls_svm
 from rtec.predictors.warm.lssvm import LsSvm
 
 
@@ -121,6 +122,24 @@ def test_a_linear_part_goes_on_where_bells_fall_silent():
     assert both.predict(np.array([[30.0]]))[0][0] == pytest.approx(150.0, rel=0.05)
 
 
+def test_the_mean_of_a_line_and_a_machine_is_their_mean():
+    columns, output, block = spindle()
+    stuck = np.insert(columns, 1, 26.0, axis=1)
+    grid = {"widths": [0.5, 2.0], "gammas": [10.0, 100.0], "linear": [0.0, 1.0]}
+    both = fit_ridge_and_ls_svm(stuck, output, block, **grid)
+    line, machine = fit_ridge(columns, output, block), fit_ls_svm(columns, output, block, **grid)
+    asked = np.concatenate([columns[:10], columns[:3] + 20.0])
+    theirs = (line.regressor.predict(asked)[0] + machine.regressor.predict(asked)[0]) / 2.0
+    found, sd = both.regressor.predict(np.insert(asked, 1, 30.0, axis=1))
+    assert found == pytest.approx(theirs, rel=1e-9)
+    assert both.left_out == pytest.approx((line.left_out + machine.left_out) / 2.0, abs=1e-9)
+    assert both.notes[0] == "Column 2 is constant and left out."
+    assert len(both.notes) == 3
+    ratio = sd / machine.regressor.predict(asked)[1]
+    assert ratio == pytest.approx(ratio[0])
+    assert 0.5 < ratio[0] < 2.0
+
+
 def test_the_ends_of_the_grid_are_named():
     fit = fit_ls_svm(*spindle(), widths=[0.01, 0.02], gammas=[0.1, 10.0, 1e3])
     assert "width at an end" in fit.notes[-1] or "width and gamma at an end" in fit.notes[-1]
@@ -173,7 +192,7 @@ def test_plain_data_build_the_same_function():
     found = fit_ls_svm(*spindle(), widths=[1.0], gammas=[1.0], linear=[1.0]).regressor
     again = LsSvm.of(found.plain)
     assert again.numbers.tolist() == found.numbers.tolist()
-    assert again.parameters == 81
+    assert again.parameters == 80 + 1 + 3
 
 
 def test_a_constant_column_does_not_count():
@@ -197,6 +216,7 @@ def test_a_constant_column_does_not_count():
         ("bias", None),
         ("noise_sd", float("inf")),
         ("linear", -1.0),
+        ("slopes", [1.0]),
     ],
 )
 def test_wrong_plain_data_are_refused(name, value):

@@ -4,8 +4,14 @@ from dataclasses import replace
 
 import pytest
 
+from rtec.blind.confusion import confusion
+from rtec.blind.judged import judged
+from rtec.blind.lines import the_lines
 from rtec.injector import Design
-from rtec.verify.campaign.executors import Processes, Serial
+from rtec.study import builtin_study, run_study
+from rtec.study.jobs import LATHE, corrected_axis
+from rtec.study.models import TRUTH
+from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
@@ -18,10 +24,10 @@ from rtec.verify.safety.soak import SoakPlan, run_soak
 from rtec.verify.safety.variants import VARIANTS, impossible, variants_named
 
 
-def records_of(plan, executor=None):
+def records_of(plan):
     """Records of a plan, each with the parameters and the run of its job."""
     with Store(":memory:") as store:
-        campaign = run_campaign(plan, store, executor or Serial())
+        campaign = run_campaign(plan, store, Serial())
         assert not campaign.raised
         return {(*one.job.parameters.values(), one.job.run): one.record for one in store.records(addresses_of(plan))}
 
@@ -37,14 +43,16 @@ def test_safety_is_that_of_rtec_safety():
     faults = ("glitches", "pc-killed", "frame-corrupted")
     variants = tuple(one for name in faults for one in variants_named(name))
     phases = (Phase.CUTTING, Phase.AT_REST)
-    matrix = run_matrix(MatrixPlan(designs=(Design.C, Design.B), phases=phases, variants=variants, seeds=2, seed=7))
+    matrix = run_matrix(
+        MatrixPlan(designs=(Design.C, Design.B), phases=phases, variants=variants, seeds=1, first=0, seed=7)
+    )
     wanted = {
         (one.design.value, hyphened(one.phase.value), hyphened(one.variant.name.replace(",", "")), one.seed): one
         for one in matrix.trials
         if impossible(one.variant, one.phase) is None
     }
-    plan = replace(read_plan("safety").only([*faults, "cutting", "at-rest", "c", "b"]), runs=2, seed=7)
-    found = records_of(plan, Processes(2))
+    plan = replace(read_plan("safety").only([*faults, "cutting", "at-rest", "c", "b"]), runs=1, seed=7)
+    found = records_of(plan)
     assert found.keys() == wanted.keys()
     for key, trial in wanted.items():
         record = dict(found[key])
@@ -68,7 +76,7 @@ def test_a_soak_is_that_of_rtec_safety_soak():
 @pytest.mark.sweep
 @pytest.mark.parametrize(("design", "hold"), [(Design.ORIGINAL, "no"), (Design.C, "yes")])
 def test_the_envelope_is_that_of_rtec_envelope(design, hold):
-    plan = read_plan("envelope").only([design.value, "8051-12mhz", f"hold-latch={hold}"])
+    plan = read_plan("envelope").only([design.value, "8051-12mhz", f"hold_latch={hold}"])
     old = EnvelopePlan(
         designs=[design], hold_latch=hold == "yes",
         processors=[one for one in EnvelopePlan().processors if one.name == "8051-12mhz"],
@@ -97,3 +105,26 @@ def test_every_fault_has_a_word_a_place_and_a_category():
     assert sum(map(len, of_place)) == len(set.union(*of_place)) == len(VARIANTS)
     assert set(fault.meant("category=the-lines-before-the-box")) < of_place[2]
     assert fault.meant("cable-open") == ("encoder-cable-open-for-50-ms", "encoder-cable-open-for-good")
+
+
+def test_the_lathe_is_that_of_rtec_run():
+    study = builtin_study()
+    study = replace(study, predictor=TRUTH, model=study.axis_error, designs=(Design.C,), feeds_mm_s=())
+    row = next(row for row in run_study(study).rows if row.name == "c")
+    usual = {one.name: one.usual[0] for one in LATHE.parameters}
+    found = corrected_axis(usual, seed=study.seed, run=5)
+    assert (found["result"], found["wanted_steps"]) == ("passed", row.run.wanted_steps)
+    assert [found[f"{key}_um"] for key in "AREMB"] == [1000.0 * row.figures.iso[key] for key in "AREMB"]
+    assert found["rms_um"] == 1000.0 * row.figures.rms
+    coarse = corrected_axis(usual | {"count_um": 4.0}, seed=study.seed, run=5)
+    assert coarse["E_um"] > found["E_um"] + 2.0
+
+
+def test_games_are_those_of_the_confusion_matrix():
+    line = the_lines()[0]
+    score = confusion([line], 2, judged, seed=3).scores[0]
+    found = records_of(replace(read_plan("blind").only(["nothing-white-noise"]), runs=2, seed=3))
+    for played in score.games:
+        record = found["nothing-white-noise", played.trial]
+        assert record["result"] == ("passed" if played.right else "failed")
+        assert (record["outcome"], record["game_seed"]) == (played.said, str(played.seed))
