@@ -12,7 +12,7 @@ from rtec.effects import Floats
 from rtec.predictors import FORWARD, REVERSE, Predictor
 from rtec.study.compensation import Compensation
 
-_TIMES = 3
+_TIMES = 2
 """Corrections of a correction; an error changes by far less than a tenth of the way."""
 _AT_ONCE = 1 << 14
 

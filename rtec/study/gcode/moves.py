@@ -166,8 +166,13 @@ class Moves:
         return line.text[: word.begin] + value + line.text[word.end :]
 
     def _split(self, line: Line, words: Mapping[str, Word], path: Path, before: Modes) -> list[str]:
-        pieces = list(self._eased(path))
-        lines = self._taken_up(path, pieces[0], before, line)
+        whole = Piece(0.0, 1.0, _way(path.begin[path.own], path.end[path.own]))
+        straight_on = path.arc is None and self.way and whole.way in (0, self.way)
+        if straight_on and not self.correction.nodes_between(path.begin[path.own], path.end[path.own]):
+            pieces, lines = [whole], []
+        else:
+            pieces = list(self._eased(path))
+            lines = self._taken_up(path, pieces[0], before, line)
         if len(pieces) + len(lines) > 1 and self.modes.inverse_time:
             raise self.modes.error("a move in inverse time that has to be split", "G94 and a feed")
         if len(pieces) == 1 and path.arc is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 _TOKEN = re.compile(
     r"\([^()]*\)|(?P<comment>;.*)"
@@ -15,8 +16,7 @@ _TOKEN = re.compile(
 _EXPRESSION = frozenset("#[]=<>{}$\"'")
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(NamedTuple):
     """A letter and its number."""
 
     letter: str
