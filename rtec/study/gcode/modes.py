@@ -38,6 +38,8 @@ _NOTED = {
 }
 _NOTED["G42"] = _NOTED["G41"]
 _CALLS = frozenset({97.0, 98.0})
+_STEPS = {"X": "U", "Y": "V", "Z": "W"}
+"""What lathes read as a step of an axis."""
 _FLOW = frozenset({
     "GOTO", "GOTOF", "GOTOB", "IF", "WHILE", "DO", "FOR", "LOOP", "REPEAT", "UNTIL", "CALL", "MCALL", "EXTCALL",
     "SUB", "PROC", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE", "DIAMON",
@@ -93,11 +95,17 @@ class Modes:
         return "G4" not in line.codes and not _AWAY & set(line.codes) and not _ZEROS & set(line.codes)
 
     def leaves(self, line: Line) -> bool:
-        """Return whether a line goes where nobody knows from the program, and say so."""
+        """Return whether a line goes where nobody knows from the program, and say so of the corrected axis."""
         away = sorted(_AWAY & set(line.codes))
-        if away:
+        if away and self.axis in self.left_behind(line):
             self.note(f"{away[0]} is left as it is; from there {self.axis} comes from an unknown place")
         return bool(away)
+
+    @staticmethod
+    def left_behind(line: Line) -> set[str]:
+        """Return the axes that such a line moves: those that it names, all where it names none."""
+        steps = {axis for axis, step in _STEPS.items() if step in line.letters}
+        return (line.letters & set(LINEAR + ROTARY) | steps) or set(LINEAR + ROTARY)
 
     def _check(self, line: Line, moves: bool) -> None:
         for code in line.codes:
@@ -107,6 +115,10 @@ class Modes:
                 raise self.error(f"{code} moves the zero of {self.axis}", "one zero for the whole program")
         if any(word.letter == "M" and word.value in _CALLS for word in line.words):
             raise self.error("a call of a subprogram", "a program with its moves written out")
+        if sum(word.letter == self.axis for word in line.words) > 1:
+            raise self.error(f"{self.axis} stands twice", f"{self.axis} once in a line")
+        if (step := _STEPS.get(self.axis)) in line.letters and not _AWAY & set(line.codes):
+            raise self.error(f"{step}, which may be a step of {self.axis}", f"moves in {self.axis}")
         flow = [word for word in line.keywords if word.rstrip("0123456789") in _FLOW]
         if flow:
             raise self.error(f"{flow[0]} is not followed", "a program with its moves written out")

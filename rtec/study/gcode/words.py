@@ -7,13 +7,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 _TOKEN = re.compile(
-    r"\([^()]*\)|(?P<comment>;.*)"
+    r"\([^()]*\)|\"[^\"]*\"|(?P<comment>;.*)"
     r"|(?P<keyword>[A-Z_]{2,}[A-Z_0-9]*)"
     r"|(?P<letter>[A-Z])\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+))"
     r"|(?P<other>\S)",
     re.IGNORECASE,
 )
-_EXPRESSION = frozenset("#[]=<>{}$\"'")
+_EXPRESSION = frozenset("#[]=<>{}$\"'()")
+"""Signs of what is computed, and of comments that do not close."""
 
 
 class Word(NamedTuple):
