@@ -94,18 +94,19 @@ class Modes:
                 self.note(_NOTED[code])
         return "G4" not in line.codes and not _AWAY & set(line.codes) and not _ZEROS & set(line.codes)
 
-    def leaves(self, line: Line) -> bool:
-        """Return whether a line goes where nobody knows from the program, and say so of the corrected axis."""
-        away = sorted(_AWAY & set(line.codes))
-        if away and self.axis in self.left_behind(line):
-            self.note(f"{away[0]} is left as it is; from there {self.axis} comes from an unknown place")
-        return bool(away)
+    def left_behind(self, line: Line) -> set[str]:
+        """Return the axes whose places nobody knows behind a line that is not followed; of the corrected one say so.
 
-    @staticmethod
-    def left_behind(line: Line) -> set[str]:
-        """Return the axes that such a line moves: those that it names, all where it names none."""
-        steps = {axis for axis, step in _STEPS.items() if step in line.letters}
-        return (line.letters & set(LINEAR + ROTARY) | steps) or set(LINEAR + ROTARY)
+        A move to nowhere leaves those that it names, all where it names none; a new zero those that it names.
+        """
+        named = line.letters & set(LINEAR + ROTARY) | {one for one, step in _STEPS.items() if step in line.letters}
+        away = sorted(_AWAY & set(line.codes))
+        if not away:
+            return named if _ZEROS & set(line.codes) else set()
+        gone = named or set(LINEAR + ROTARY)
+        if self.axis in gone:
+            self.note(f"{away[0]} is left as it is; from there {self.axis} comes from an unknown place")
+        return gone
 
     def _check(self, line: Line, moves: bool) -> None:
         for code in line.codes:

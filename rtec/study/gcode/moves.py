@@ -19,7 +19,7 @@ _AT_END = frozenset({0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0})
 """Words of M that act when the move is over."""
 _ENDS = frozenset({2.0, 30.0})
 _TOOL = 6.0
-_SPLIT = frozenset("NGMFSTDHXYZUVWABCIJKR")
+_SPLIT = frozenset("NGMFSTDHXYZUVWABC")
 """Letters of moves that can be split: an E would be pushed out in the first piece."""
 _ROTARY_DIGITS = 5
 _FINER = 3
@@ -85,10 +85,9 @@ class Moves:
             found = self._followed(line, before)
         else:
             found = [text]
-            if self.modes.leaves(line):
-                gone = self.modes.left_behind(line)
-                self.at.update(dict.fromkeys(gone))
-                self.way = 0 if self.modes.axis in gone else self.way
+            gone = self.modes.left_behind(line)
+            self.at.update(dict.fromkeys(gone))
+            self.way = 0 if self.modes.axis in gone else self.way
         self.fed = self.fed or "F" in line.letters
         self.ended = any(word.letter == "M" and word.value in _ENDS for word in line.words)
         return found
@@ -140,7 +139,8 @@ class Moves:
         own = self.modes.axis
         begin = _known({letter: self.at[letter] for letter in targets})
         end = _known(targets)
-        if self.modes.motion != "G1" or own not in end or own not in begin or begin.keys() != end.keys():
+        known = len(begin) == len(end) == len(targets)
+        if self.modes.motion != "G1" or own not in targets or not known:
             return None
         return Path(own=own, begin=begin, end=end)
 
@@ -193,7 +193,7 @@ class Moves:
         else:
             pieces = list(self._eased(path))
             lines = self._taken_up(path, pieces[0], before, line)
-        if len(pieces) > 1 and (odd := sorted(line.letters - _SPLIT)):
+        if len(pieces) > 1 and (odd := sorted(line.letters - _SPLIT - (set() if path.arc is None else set("IJKR")))):
             raise self.modes.error(f"{odd[0]} in a move that has to be split", "moves of axes alone")
         if len(pieces) + len(lines) > 1 and self.modes.inverse_time:
             raise self.modes.error("a move in inverse time that has to be split", "G94 and a feed")

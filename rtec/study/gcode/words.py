@@ -13,8 +13,8 @@ _TOKEN = re.compile(
     r"|(?P<other>\S)",
     re.IGNORECASE,
 )
-_EXPRESSION = frozenset("#[]=<>{}$\"'()")
-"""Signs of what is computed, and of comments that do not close."""
+_EXPRESSION = frozenset("#[]=<>{}$\"'(),")
+"""Signs of what is computed, of comments that do not close, and of corners that a control rounds itself (``,R2``)."""
 
 
 class Word(NamedTuple):

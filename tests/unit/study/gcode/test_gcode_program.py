@@ -183,6 +183,8 @@ def test_beyond_the_table_the_error_of_its_end_is_held_and_counted(tmp_path):
         ("/G1 X4", "may be skipped"),
         ("G1 X4 X5", "X stands twice"),
         ("G0 X4\nG1 U-2", "U, which may be a step of X"),
+        ("G0 X0\nG1 X90 ,R2", "computed"),
+        ("G0 X0\nG1 X90 R2", "R in a move that has to be split"),
         ("G0 X0\nG1 X90 E5", "E in a move that has to be split"),
         ("O1\nG0 X4\nM99\nO2\nX5", "line 4: a second program"),
         ("(note (a) X20)", "something computed"),
@@ -213,6 +215,8 @@ def test_after_a_move_to_nowhere_the_axis_comes_from_an_unknown_place(tmp_path, 
 
 def test_the_other_axes_go_away_alone(tmp_path):
     text, done = corrected(tmp_path, "G0 X0 Z9\nG28 Z0\nG28 W0\nG91 G1 X100 F9\n")
+    _, other = corrected(tmp_path, "G0 X0 A5\nG92 A0\nG91 G1 X100 A7 F9\n")  # A is known no more
+    assert [one for one, _ in other.notes][-1] == "another axis comes from an unknown place: the move is not split"
     assert len(text.splitlines()) > 9 and all("unknown" not in one or "forward" in one for one, _ in done.notes)
 
 
