@@ -170,4 +170,6 @@ def test_of_heat_a_table_holds_the_mean_and_it_is_said_how_much_that_leaves(tmp_
     (tmp_path / "hot.csv").write_text("\n".join(lines) + "\n")
     assert main(["train", str(tmp_path / "hot.csv"), *QUICK]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "Of effects, thermal_growth is left out: only its mean is in the table; over the readings it changes by" in out
+    assert (
+        "Of effects, thermal_growth is left out: only its mean is in the table; over the readings it changes" in out
+    )
