@@ -23,7 +23,9 @@ def chosen_by_blocks(
     most: int,
     allowed: Callable[[Sequence[int], int], bool] = lambda chosen, new: True,
 ) -> list[int]:
-    """Return which columns lower the error of blocks left out, best first, as long as each lowers it by a twentieth.
+    """Return which columns lower the error of blocks left out, best first.
+
+    The last of them lowers it by a twentieth, with those before it that may only help together.
 
     Parameters
     ----------
@@ -54,6 +56,7 @@ def chosen_by_blocks(
     sums = np.array([table[:, fold == number] @ table[:, fold == number].T for number in np.unique(fold)])
     begin, best = list(range(len(fixed))), _error(sums, np.arange(len(fixed))[None])[0]
     chosen: list[int] = []
+    kept = 0
     while len(chosen) < most:
         free = [k for k in range(len(columns)) if k not in chosen and allowed(chosen, k)]
         if not free:
@@ -61,11 +64,10 @@ def chosen_by_blocks(
         trials = np.array([[*begin, *(len(fixed) + c for c in (*chosen, k))] for k in free])
         errors = _error(sums, trials)
         at = int(np.argmin(errors))
-        if errors[at] >= (1.0 - LEAST_FALL) ** 2 * best:
-            break
-        best = errors[at]
         chosen.append(free[at])
-    return chosen
+        if errors[at] < (1.0 - LEAST_FALL) ** 2 * best:
+            best, kept = errors[at], len(chosen)
+    return chosen[:kept]
 
 
 def _error(sums: Floats, trials: Ints) -> Floats:
