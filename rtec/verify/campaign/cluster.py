@@ -87,7 +87,7 @@ class Cluster:
             The scheduler is lost, or a worker that came later has other code.
         """
         running: dict[Any, Batch] = {}
-        completed = self._dask.as_completed()
+        completed = self._dask.as_completed(loop=self._client.loop)
 
         def submit(batch: Batch) -> None:
             addresses = "".join(address for address, _ in batch.jobs)
