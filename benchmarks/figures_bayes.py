@@ -97,8 +97,9 @@ def _ours(nodes: tuple[Node, ...], data: Any, _: Any, evidence: list[dict[str, i
 
 
 def _pyagrum(nodes: tuple[Node, ...], _: Any, frame: Any, evidence: list[dict[str, int]]) -> tuple[Any, list[Any]]:
+    peer = PyAgrum(nodes)
+
     def learn() -> PyAgrum:
-        peer = PyAgrum(nodes)
         peer.learn(frame)
         return peer
 

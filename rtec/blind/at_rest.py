@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtec.blind.axis_run import COUNT_MM, Pass, measure
-from rtec.blind.circumstances import Air, Circumstances, sensed_temperature, simulate_air, simulate_temperature
+from rtec.blind.circumstances import Air, Circumstances, sensed_temperature, simulate_air, simulate_heat
 from rtec.blind.draws import Draw, Occasion, stream
 from rtec.blind.hidden import Hidden, Parameter, Recorded, hidden_of, rms
 from rtec.blind.noise import Readings, noise_of, resolved
@@ -106,7 +106,7 @@ def _carried_out(
     return Circumstances(
         course=course,
         measured=measured,
-        temperature_degc=simulate_temperature(course, measured.time_s, occasion.stream(Draw.HEAT)),
+        heat=simulate_heat(course, measured.time_s, occasion.stream(Draw.HEAT)),
         air=simulate_air(course, occasion.stream(Draw.WEATHER)),
         first=first,
     )

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from rtec.blind.axis_run import Pass
 from rtec.blind.plan import Course, Floats, Plan
+from rtec.heat.course import HeatCourse
 from rtec.metrology import Heating, Weather
+from rtec.predictors.warm.features import follow
 
 REFERENCE_DEGC = 20.0
+_AXIS = "axis"
 SENSOR_SIGMA_DEGC, SENSOR_STEP_DEGC = 0.02, 0.01
 USUAL_HPA, USUAL_PERCENT = 1013.25, 50.0
 """Air for which the laser assumes its wavelength, with the reference temperature."""
-_STEP_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,11 +45,12 @@ class Air:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Circumstances:
-    """What slow errors depend on: course, what was measured, true temperature and air at each reading."""
+    """What slow errors depend on: course, what was measured, heat and air at each reading."""
 
     course: Course
     measured: Pass
-    temperature_degc: Floats
+    heat: HeatCourse
+    """Of this measurement: the true temperature of the axis at each reading."""
     air: Air
     """Of this measurement."""
     first: Circumstances | None = None
@@ -58,6 +60,11 @@ class Circumstances:
     def origin(self) -> Circumstances:
         """Those of the first measurement."""
         return self if self.first is None else self.first
+
+    @property
+    def temperature_degc(self) -> Floats:
+        """Return the true temperature of the axis at each reading, shape (n,)."""
+        return np.asarray(self.heat.thermometers[_AXIS])
 
     @property
     def plan(self) -> Plan:
@@ -79,27 +86,8 @@ class Circumstances:
         return self.course.direction.astype(np.float64)
 
 
-def first_order(time_s: Floats, tau_s: float, goal: Callable[[float], float], begin: float) -> Floats:
-    """Integrate x' = (goal(t) - x) / tau by the midpoint rule in steps of a second; return x at the times.
-
-    Examples
-    --------
-    >>> first_order(np.array([0.0, 100.0]), 50.0, lambda t: 1.0, 0.0).round(4).tolist()
-    [0.0, 0.8646]
-    """
-    steps = int(np.ceil(time_s[-1] / _STEP_S)) + 2
-    states = np.empty(steps)
-    state = begin
-    for k in range(steps):
-        states[k] = state
-        wanted = goal((k + 0.5) * _STEP_S)
-        half = state + 0.5 * _STEP_S * (wanted - state) / tau_s
-        state += _STEP_S * (wanted - half) / tau_s
-    return np.interp(time_s, np.arange(steps) * _STEP_S, states)
-
-
-def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generator) -> Floats:
-    """Return the true temperature of the axis at each reading, shape (n,), in degC.
+def simulate_heat(course: Course, time_s: Floats, rng: np.random.Generator) -> HeatCourse:
+    """Return the true temperature of the axis, its thermometer without faults, at each reading.
 
     A body with one time constant, in a room, with a heater that the plan switches.
 
@@ -108,25 +96,33 @@ def simulate_temperature(course: Course, time_s: Floats, rng: np.random.Generato
     >>> from rtec.blind.plan import PLANS, draw_course
     >>> rng = np.random.default_rng(0)
     >>> course = draw_course(PLANS["one_heating"], rng)
-    >>> heat = simulate_temperature(course, np.arange(21) * 10.0, rng)
-    >>> bool((np.diff(heat) > 0).all())
+    >>> heat = simulate_heat(course, np.arange(21) * 10.0, rng)
+    >>> heat.at("axis", 0.0) < heat.at("axis", 100.0) < heat.at("axis", 200.0)
     True
     """
+    return HeatCourse(time_s=time_s, thermometers={_AXIS: _temperature(course, time_s, rng)})
+
+
+def _temperature(course: Course, time_s: Floats, rng: np.random.Generator) -> Floats:
     room = REFERENCE_DEGC + rng.uniform(-0.5, 0.5)
     if course.plan.heating is Heating.NONE:
         return np.full(time_s.size, room)
     rise, span_s = rng.uniform(7.0, 11.0), float(time_s[-1])
     if course.plan.heating is Heating.ONE_RISE:
-        return first_order(time_s, span_s * rng.uniform(2.0, 4.0), lambda _: room + rise, room)
+        return room + rise * approached(time_s, span_s * rng.uniform(2.0, 4.0))
     runs = int(course.run[-1])
     hot = np.arange(runs) % 2 == rng.integers(2)
     ends = np.array([time_s[course.run == run][-1] for run in range(1, runs + 1)])
-    power = np.where(hot, rise, 0.0)
     tau_s = rng.uniform(0.4, 0.8) * span_s / runs
-    begin = room + (0.0 if hot[0] else 0.7 * rise)
-    return first_order(
-        time_s, tau_s, lambda t: room + float(power[min(int(np.searchsorted(ends, t)), runs - 1)]), begin
-    )
+    heated = np.where(hot, rise, 0.0)[np.minimum(np.searchsorted(ends, time_s, side="right"), runs - 1)]
+    before = [0.0 if hot[0] else 0.7 * rise, rise if hot[0] else 0.0]  # at time 0 as it is, and heated from then on
+    warmer = follow(np.concatenate([[0.0, 0.0], time_s]), np.concatenate([before, heated]), tau_s, held=True)
+    return np.asarray(room + warmer[2:])
+
+
+def approached(time_s: Floats, tau_s: float) -> Floats:
+    """Return how far a body with one time constant is on its way at each time, from 0 to 1."""
+    return np.asarray(-np.expm1(-time_s / tau_s))
 
 
 def simulate_air(course: Course, rng: np.random.Generator) -> Air:

@@ -17,7 +17,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from rtec.blind.circumstances import REFERENCE_DEGC, Circumstances, first_order
+from rtec.blind.circumstances import REFERENCE_DEGC, Circumstances, approached
 from rtec.blind.hidden import Parameter
 from rtec.blind.plan import Floats
 from rtec.metrology import Zero
@@ -78,7 +78,7 @@ def warm_up_growth(c: Circumstances, rng: np.random.Generator) -> SlowError:
 def _excess(c: Circumstances, rng: np.random.Generator) -> tuple[float, Floats]:
     """Return the time constant of a warm-up, and how far it is at each reading, from 0 to 1."""
     tau_s = rng.uniform(0.08, 0.22) * c.length_s
-    return tau_s, first_order(c.measured.time_s, tau_s, lambda _: 1.0, 0.0)
+    return tau_s, approached(c.measured.time_s, tau_s)
 
 
 def refraction(c: Circumstances, rng: np.random.Generator) -> SlowError:

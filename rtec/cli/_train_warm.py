@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,7 @@ def is_warm(data: Path, observe: str | None, columns: ColumnOptions) -> bool:
     from rtec.metrology import read_measurement
 
     try:
-        return is_warm_log(read_measurement(data, columns.choices()), observe)
+        return is_warm_log(read_measurement(data, replace(columns.choices(), gaps=True)), observe)
     except RtecError:
         return False
 
@@ -120,4 +121,14 @@ def _write(path: Path, result: WarmComparison, pick: str | None, *, force: bool)
     if row is None or not row.works:
         why = "no row is chosen" if row is None or row.reason is None else row.reason
         raise ArgumentError("-o" if pick is None else "--pick", pick or "the chosen row", "a row with a figure", why)
+    from rtec.predictors import KnownPredictor, write_predictor
+    from rtec.training.warm_file import model_of
+
+    (observe,) = row.channels
+    known = KnownPredictor(
+        predictor=model_of(row.channels[observe], observe, result.parts),
+        name=row.name,
+        source=Path(result.parts.log.source).name,
+    )
+    write_predictor(path, known)
     return {"model": str(path), "written": row.name}

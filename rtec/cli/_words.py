@@ -49,6 +49,11 @@ PREDICTORS = (
 """Rows of ``rtec train``, as one word each."""
 MOTION_MODELS = ("servo-lag", "ARX", "physical", "NARX", "hybrid")
 """Rows of ``rtec train --dynamic``, likewise."""
+WARM_MODELS = (
+    "least-squares", "ridge", "first-order-lags", "LS-SVM", "fuzzy-network-product", "fuzzy-network-minimum",
+    "Bayesian-network", "Bayesian-network-mode", "Bayesian-network-with-LS-SVM", "named-effects",
+)  # fmt: skip
+"""Rows of ``rtec train`` on a warm machine, likewise."""
 _OF_OPTION = {"--processor": PROCESSORS, "--interface": INTERFACES, "--observe": QUANTITIES, "--motion": MOTIONS}
 """Of options whose metavar does not list them."""
 

@@ -9,6 +9,7 @@ import typer
 
 from rtec.cli import _measured
 from rtec.cli._compare_motion import compare_motion, is_motion_model
+from rtec.cli._compare_warm import compare_warm, is_warm_model
 from rtec.cli._console import note, print_json, progress, warn
 from rtec.cli._parameters import folder, force
 from rtec.cli._several import names_of, read_each, refuse_with_several, show_several
@@ -32,7 +33,8 @@ def compare(
 
     What the model leaves open is fitted first. Without a model all that is measured is left. Of a model that an
     earlier measurement gave it says what has changed since. Several measurements, such as before and after or axis by
-    axis, stand beside each other. A model of motion (rtec train --dynamic) predicts a log in free run.
+    axis, stand beside each other. A model of motion (rtec train --dynamic) predicts a log in free run; one of a warm
+    machine predicts a log of temperatures.
 
     Example: rtec compare z_axis.csv --model known.toml
     Example: rtec compare jan.csv feb.csv mar.csv --model december.toml -o report
@@ -51,6 +53,9 @@ def compare(
 
     if measured.model is not None and is_motion_model(measured.model):
         compare_motion(data, measured, output, as_json=json)
+        return
+    if measured.model is not None and is_warm_model(measured.model):
+        compare_warm(data, measured, output, as_json=json)
         return
     names = names_of(data)
     refuse_with_several(data, heldout=measured.heldout, lock=measured.lock)

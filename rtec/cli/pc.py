@@ -46,6 +46,9 @@ def pc(
         "--model", "M.toml", "Model or predictor, of 'rtec diagnose' or 'rtec train'; one an axis.", panel=MACHINE
     ),
     effects: Path | None = _measured.EFFECTS,
+    heat: Path | None = option(
+        "--heat", "HEAT.csv", "Temperatures that a logger goes on writing, for a --model of them.", panel=MACHINE
+    ),
     cautious: bool = flag("--cautious", "Ask for no more than its interval supports.", panel=MACHINE),
     travel_mm: float = quantity(
         "--travel", LENGTH, "1000mm", "From home on, for a --model.", panel=MACHINE, default="1000mm"
@@ -98,6 +101,7 @@ def pc(
     Example: rtec pc --axes 3 --reset --start-up 5min
     """
     from rtec.live.events import Events
+    from rtec.live.heat_file import HeatFile
     from rtec.live.pc_loop import PcLoop
     from rtec.live.pc_run import PcRun, pc_document
     from rtec.live.quiet import quiet_collector
@@ -110,6 +114,8 @@ def pc(
     _live.check_dbc(dbc)
     numbers = _live.axes_of(axis, axes)
     predictors, home_mm = _predictors(numbers, table, table_unit, models or [], home_mm, travel_mm, cautious, effects)
+    sensors = None if heat is None else HeatFile(heat)
+    _check_heat(predictors, () if sensors is None else sensors.inputs)
     supervision = SupervisionLimits(
         cycle_ps=cycle_ps,
         watchdog_ps=5 * cycle_ps if watchdog_ps is None else watchdog_ps,
@@ -117,7 +123,8 @@ def pc(
         limit_mm=limit_mm,
     )
     handshake = HandshakeSettings(window_steps=window_steps, pc_period_ps=cycle_ps, outside=Outside(outside))
-    nodes_from = partial(_nodes, predictors, design, handshake, supervision, count_mm=count_mm, home_mm=home_mm)
+    nodes_from = partial(_nodes, predictors, design, handshake, supervision, count_mm=count_mm, home_mm=home_mm,
+                         heat=() if sensors is None else sensors.inputs)  # fmt: skip
     for each in nodes_from(at_ps=0):
         _warm_up(each)
     events = Events(_live.event_printer(as_json))
@@ -136,7 +143,7 @@ def pc(
                 each.allow_large_correction()
             if reset:
                 each.acknowledge()
-        loop = PcLoop(nodes, transport)
+        loop = PcLoop(nodes, transport, sensors)
 
         def show(at_s: float) -> None:
             if view is not None and view.wants(at_s):
@@ -212,7 +219,7 @@ def _of_models(
     """Return the predictor of each axis: a file that names its axis is for that one, one that does not for all."""
     from rtec.effects.own_file import library_of_file
     from rtec.inference.static_predictor import axis_of_file
-    from rtec.predictors import NoError
+    from rtec.predictors import NoError, Predictor
     from rtec.predictors.binding import axis_name
 
     library = library_of_file(effects)
@@ -220,7 +227,8 @@ def _of_models(
     for path in models:
         predictor = _model_of(path, (home_mm, home_mm + travel_mm), cautious, library)
         axis = axis_of_file(path)
-        if axis is None and len(models) == 1 and len(predictor.inputs) == 2:
+        of_itself = len(predictor.inputs) == 2 or not isinstance(predictor, Predictor)
+        if axis is None and len(models) == 1 and of_itself:
             return dict.fromkeys(numbers, predictor)
         if axis is None:
             allowed = "files with 'axis = 2', as rtec train writes them of measurements that say '# axis: 2'"
@@ -230,7 +238,7 @@ def _of_models(
             raise ArgumentError("--model", f"{path}, {what} axis {axis}", f"one of axis {_listed(numbers)}")
         found[axis] = predictor
     for predictor in found.values():
-        for name in predictor.inputs[2:]:
+        for name in predictor.inputs[2:] if isinstance(predictor, Predictor) else ():
             if name not in map(axis_name, numbers):
                 allowed = f"--axes with the axis of {name}, which the predictor looks at"
                 raise ArgumentError("--model", f"axis {_listed(numbers)} alone", allowed)
@@ -244,13 +252,32 @@ def _model_of(path: Path, held_mm: tuple[float, float], cautious: bool, library:
     from rtec.inference.static_predictor import predictor_of_file
     from rtec.predictors.motion_file import is_motion_file
     from rtec.predictors.motion_model import model_of_motion
+    from rtec.predictors.predictor_file import is_predictor_file, is_warm_file, read_warm_model
 
     if is_motion_file(path):
         return model_of_motion(path, cautious=cautious)
+    if is_predictor_file(path) and is_warm_file(path):
+        return read_warm_model(path, cautious=cautious)[1]
     predictor, left_out = predictor_of_file(path, *held_mm, cautious=cautious, library=library)
     for effect in left_out:
         note(f"warning: {effect.effect} is left out: {effect.why}")
     return predictor
+
+
+def _check_heat(predictors: dict[int, Model], inputs: tuple[str, ...]) -> None:
+    from rtec.errors import nearest
+    from rtec.predictors.warm.warm_model import WarmModel
+
+    warm = [each for each in predictors.values() if isinstance(each, WarmModel)]
+    if inputs and not warm:
+        raise needs("--heat", "--model of a warm machine", "others do not look at it")
+    for model in warm:
+        for name in model.inputs[1:]:
+            if name not in inputs:
+                hint = nearest(name, inputs) if inputs else "a file that a data logger goes on writing"
+                raise ArgumentError(
+                    "--heat", None, f"a file with {name}, which the model of {model.observe} follows", hint
+                )
 
 
 def _listed(numbers: list[int]) -> str:
@@ -265,6 +292,7 @@ def _nodes(
     *,
     count_mm: float,
     home_mm: float,
+    heat: tuple[str, ...],
     at_ps: int,
 ) -> list[PcNode]:
     from rtec.requester.pc_node import PcNode
@@ -288,6 +316,7 @@ def _nodes(
             home_mm=home_mm,
             margin_mm=MARGIN_MM,
             setup=setup,
+            heat=heat,
         )
         for k, (number, predictor) in enumerate(predictors.items())
     ]

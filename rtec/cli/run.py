@@ -24,7 +24,7 @@ _FAILS = 1
 
 def run(
     study: Path | None = typer.Argument(
-        None, metavar="[STUDY.toml]", help="Study to run; the built-in one without it."
+        None, metavar="[STUDY.toml|lathe|warm]", help="Study to run, a file or a built-in one; lathe without it."
     ),
     output: Path | None = folder("-o --output", "Folder of the report; a new one without it."),
     force: bool = force("Write into a folder or over a file that exists."),
@@ -38,7 +38,7 @@ def run(
     ),
     effects: Path | None = _measured.EFFECTS,
     write_study: Path | None = written(
-        "--write-study", "FILE", "Write the built-in study to FILE for you to change, and stop."
+        "--write-study", "FILE", "Write the built-in study that is named to FILE for you to change, and stop."
     ),
     json: bool = flag("--json", "One JSON document on stdout."),
 ) -> None:
@@ -50,10 +50,12 @@ def run(
 
     Example: rtec run --repeatability 0um -o before-after
     Example: rtec run --write-study mine.toml && rtec run mine.toml
+    Example: rtec run warm
     Example: rtec run mine.toml --firmware --processor one-clock-100mhz --json
     """
+    builtin = "lathe" if study is None else str(study) if str(study) in ("lathe", "warm") else None
     if write_study is not None:
-        _write_builtin(write_study)
+        _write_builtin(write_study, builtin or "lathe")
         return
     from dataclasses import replace
 
@@ -68,7 +70,10 @@ def run(
     from rtec.study.definition import checked_repeatability
 
     library = library_of_file(effects)
-    what = replace(builtin_study(), library=library) if study is None else read_study(study, library)
+    if study is not None and (builtin is None or study.exists()):
+        what = read_study(study, library)
+    else:
+        what = replace(builtin_study(builtin or "lathe"), library=library)
     if repeatability_mm is not None:
         what = replace(what, repeatability_mm=checked_repeatability(repeatability_mm))
     if seed is not None:
@@ -102,6 +107,7 @@ def _show(result: StudyResult) -> None:
 
     from rtec.report.diagnosis import found_table, verdict_sentence
     from rtec.report.search import rounds_sentence
+    from rtec.report.shift import shift_table
     from rtec.report.terminal import staircase_table, terminal_table
 
     console = Console(highlight=False)
@@ -112,13 +118,15 @@ def _show(result: StudyResult) -> None:
         if gained := rounds_sentence(result.learned):
             console.print(gained, markup=False, soft_wrap=True)
     console.print(terminal_table(result))
+    if result.shift is not None:
+        console.print(shift_table(result))
     for warning in result.warnings:
         note(f"warning: {warning}")
 
 
-def _write_builtin(file: Path) -> None:
+def _write_builtin(file: Path, name: str) -> None:
     from rtec.io import write_text
     from rtec.study import builtin_text
 
-    write_text(file, builtin_text())
+    write_text(file, builtin_text(name))
     typer.echo(f"Wrote {file}; change it and run: rtec run {file}")

@@ -16,7 +16,7 @@ from rtec.cli._parameters import apart, flag, force, needs, option, whole, writt
 from rtec.cli._train_dynamic import train_dynamic
 from rtec.cli._train_options import TrainOptions
 from rtec.cli._train_warm import is_warm, train_warm
-from rtec.cli._words import MOTION_MODELS, PREDICTORS, completing
+from rtec.cli._words import MOTION_MODELS, PREDICTORS, WARM_MODELS, completing
 from rtec.errors import ArgumentError, unknown
 from rtec.io import FIGURES, check_file
 from rtec.units import TIME, parse_quantity
@@ -53,7 +53,10 @@ def train(
     heldout: Path | None = option("--heldout", "FILE", "Another measurement that judges, best at other targets."),
     output: Path | None = written("-o --output", "MODEL.toml", "Write the best predictor.", endings=(".toml",)),
     pick: str | None = option(
-        "--pick", "NAME", "Write the predictor of this row.", complete=completing((*PREDICTORS, *MOTION_MODELS))
+        "--pick",
+        "NAME",
+        "Write the predictor of this row.",
+        complete=completing((*PREDICTORS, *MOTION_MODELS, *WARM_MODELS)),
     ),
     dynamic: bool = flag("--dynamic", "DATA is the log of a drive: models of motion, compared in free run."),
     observe: str | None = option(
@@ -92,10 +95,9 @@ def train(
     A log of displacements over time, with temperatures or spindle_rpm, trains models of a warm machine: its last
     speeds are held out.
 
-    Example: rtec train z_axis.csv --heldout check.csv -o best.toml
-    Example: rtec train z_axis.csv --budget "2 min" --figure errors.png
+    Example: rtec train z_axis.csv --heldout check.csv --budget "2 min" --figure errors.png -o best.toml
+    Example: rtec train spindle.csv --observe ch3 --figure spindle.png -o ch3.toml
     Example: rtec train --dynamic drive.csv --axis x -o motion.toml --json
-    Example: rtec train spindle.csv --observe ch3 --heldout other_day.csv --figure spindle.png -o ch3.toml
     """
     if pick is not None and output is None:
         raise needs("--pick", "-o MODEL.toml")

@@ -98,6 +98,11 @@ class Dataset:
         return bool((self.cell >= 0).any())
 
     @property
+    def in_blocks(self) -> bool:
+        """Whether the readings lie in several blocks."""
+        return self.block is not None and int(np.ptp(self.block)) > 0
+
+    @property
     def never_changes(self) -> bool:
         """Whether the observed quantity is constant, but for rounding, or too small for its square to be a number."""
         return float(np.ptp(self.observed)) <= _ROUNDING * float(np.abs(self.observed).max()) + _NOTHING

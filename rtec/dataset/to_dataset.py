@@ -123,7 +123,7 @@ def _blocks_by_speed(rows: Rows, c: Conditions) -> Ints | None:
     if c.moving or not c.time_is_coordinate or c.time_s is None or c.spindle_rpm is None or not np.ptp(c.spindle_rpm):
         return None
     speed = {SPINDLE_SPEED: c.spindle_rpm}
-    found = blocks_of(c.time_s, speed, rows.run, stretch_starts(c.time_s, rows.run)[0])
+    found = blocks_of(c.time_s, speed, rows.run, stretch_starts(c.time_s, rows.run))
     return found.of_row if found.by in ("spindle speed", "run or stretch") else None
 
 

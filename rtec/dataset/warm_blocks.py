@@ -6,11 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtec.dataset.standstill import Ints
 from rtec.effects.conditions import Floats
 from rtec.predictors.warm.features import SPINDLE_SPEED
 
+BY_SPEED = "spindle speed"
+"""What starts a block where the speed is known and changes."""
 EQUAL_PARTS = 6
 """Parts of the time, where nothing else makes blocks."""
 FEWEST_BLOCKS = 3
@@ -18,7 +21,7 @@ FEWEST_BLOCKS = 3
 _MOST_BLOCKS = 30
 _SHORTEST_S = 300.0
 _SAME_SPEED_RPM, _SAME_SPEED = 10.0, 0.02  # within which a measured speed is the same
-_GAP = 10.0  # usual intervals without a row that end a stretch
+_GAP = 10.0  # usual intervals without a row that may end a stretch
 _LONGEST_GAP_S = 600.0
 _SWING = 0.2  # share of the range of a temperature that a turn has to have
 _HOTTEST = 3
@@ -51,21 +54,20 @@ class Blocks:
         return len(self.names)
 
 
-def stretch_starts(time_s: Floats, run: Ints) -> tuple[tuple[int, ...], list[str]]:
-    """Return the rows at which a log starts anew, and what is to be said of its clock.
+def breaks_in(time_s: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_], float]:
+    """Return after which rows the time jumps back, after which nothing was read for long, and the usual interval.
 
-    That is where the run changes, the time does not go on, or nothing was read for ten intervals and ten minutes.
+    Long is ten usual intervals and ten minutes. The first two have the shape (rows - 1,).
     """
-    steps, same_run = np.diff(time_s), np.diff(run) == 0
-    usual_s = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
-    back, gap = steps <= 0.0, steps > max(_GAP * usual_s, _LONGEST_GAP_S)
-    notes = []
-    for where, what in ((back & same_run, "the time jumps back"), (gap & same_run, "nothing was read for a while")):
-        if where.any():
-            more = np.count_nonzero(where) - 1
-            others = f" and {more} times later" if more else ""
-            notes.append(f"{what} after {time_s[np.argmax(where)]:.6g} s{others}: a new stretch begins there")
-    return (0, *(1 + np.flatnonzero(back | gap | ~same_run)).tolist()), notes
+    steps = np.diff(time_s)
+    usual_s = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 1.0
+    return steps < 0.0, steps > max(_GAP * usual_s, _LONGEST_GAP_S), usual_s
+
+
+def stretch_starts(time_s: Floats, run: Ints) -> tuple[int, ...]:
+    """Return the rows at which a log starts anew: the run changes, or there is a break in its time."""
+    back, gap, _ = breaks_in(time_s)
+    return (0, *(1 + np.flatnonzero(back | gap | (np.diff(run) != 0))).tolist())
 
 
 def blocks_of(
@@ -116,7 +118,7 @@ def blocks_of(
     fixed = np.array(starts[1:], dtype=np.int64)
     speed = inputs.get(SPINDLE_SPEED, np.zeros(time_s.size))
     tries: list[tuple[str, Ints, Callable[[Ints], str]]] = [
-        ("spindle speed", _changes(speed), lambda rows: _usual_speed(speed[rows])),
+        (BY_SPEED, _changes(speed), lambda rows: _usual_speed(speed[rows])),
         ("run or stretch", np.empty(0, dtype=np.int64), lambda rows: f"run {run[rows[0]]}, {at_time(rows)}"),
         ("turn of the hottest sensors", _turns(inputs), at_time),
     ]

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtec.dataset.from_measurement import run_numbers
-from rtec.dataset.load import measurement_of
-from rtec.dataset.warm_blocks import FEWEST_BLOCKS, Blocks, blocks_of, stretch_starts
-from rtec.dataset.warm_sensors import failures_of
+from rtec.dataset.warm_blocks import FEWEST_BLOCKS, Blocks, blocks_of
+from rtec.dataset.warm_rows import FEWEST_ROWS, continued, usable_rows
 from rtec.effects.conditions import Floats
 from rtec.errors import ArgumentError, FileFormatError, unknown
-from rtec.metrology import ColumnChoices, Measurement
+from rtec.metrology import ColumnChoices, Measurement, read_measurement
 from rtec.metrology.columns import axis_of_heading, channel_of_heading, quantity_of_heading
 from rtec.metrology.tables.choices import NO_CHOICES
 from rtec.predictors.warm.features import SPINDLE_SPEED
 
 SPINDLE = "spindle"
 """Quantity of a measurement that is the speed of a spindle in rev/min."""
-FEWEST_ROWS = 20
 _NO_CHANNELS = ("run", "direction", "time", SPINDLE)
 UM_PER_MM = 1e3
 _MOST_HEADINGS = 200
@@ -39,7 +38,7 @@ class WarmLog:
     time_s
         Ascending within each stretch, shape (rows,).
     outputs
-        Displacements in um by channel, shape (rows,) each.
+        Displacements in um by channel, shape (rows,) each; NaN where none was measured.
     others
         Displacements that are not observed: they help to choose what all have in common, such as time constants.
     inputs
@@ -65,6 +64,13 @@ class WarmLog:
     def rows(self) -> int:
         """Number of rows."""
         return int(self.time_s.size)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """In which rows every displacement was measured, shape (rows,)."""
+        return np.asarray(
+            np.all([np.isfinite(one) for one in (*self.outputs.values(), *self.others.values())], axis=0)
+        )
 
     @property
     def hours(self) -> Floats:
@@ -130,7 +136,7 @@ def warm_log(
     Notes
     -----
     A sensor that fails (`rtec.dataset.warm_sensors.failures_of`) is left out of a log that trains, or the rows are in
-    which it failed.
+    which it failed (`rtec.dataset.warm_rows.usable_rows`).
 
     Examples
     --------
@@ -142,7 +148,8 @@ def warm_log(
     >>> list(log.outputs), list(log.inputs), log.blocks.by
     (['axial'], ['temperature_nose'], '6 equal parts of the time')
     """
-    measurement = measurement_of(source, choices).in_order_of_time()
+    measurement = source if isinstance(source, Measurement) else read_measurement(source, replace(choices, gaps=True))
+    measurement = measurement.in_order_of_time()
     name = measurement.source
     if "time" not in measurement.columns:
         raise FileFormatError(name, None, "no time", "a column time_s, or time with another unit")
@@ -150,43 +157,27 @@ def warm_log(
     inputs = _inputs(measurement, like)
     time_s, runs = measurement.columns["time"].values, run_numbers(measurement)
     said = None if blocks is None else _column(measurement, blocks)
-    kept, inputs, failed = _without_failures(time_s, inputs, is_fixed=like is not None)
-    kept &= np.all([np.isfinite(values) for values in (*outputs.values(), *others.values())], axis=0)
-    rows = np.flatnonzero(kept)
+    fixed, asked = like is not None, observe is not None
+    left = usable_rows(time_s, inputs, outputs, others, is_fixed=fixed, asked=asked)
+    rows = left.rows
     if rows.size < FEWEST_ROWS:
         raise FileFormatError(name, None, f"{rows.size} rows", f"{FEWEST_ROWS} or more with every value")
-    time_s, runs = time_s[rows], runs[rows]
-    inputs = {key: values[rows] for key, values in inputs.items()}
-    starts, jumps = stretch_starts(time_s, runs)
+    if not left.inputs or not left.outputs:
+        what = "sensor" if left.outputs else "displacement"
+        raise FileFormatError(name, None, f"no {what} of use: {'; '.join(left.notes)}", "one that works")
+    time_s, starts, breaks = continued(time_s[rows], runs[rows], left.inputs)
     named = None if said is None else (str(blocks), said[rows])
-    found = blocks_of(time_s, inputs, runs, starts, said=named, fewest=fewest_blocks if like is None else 1)
+    found = blocks_of(time_s, left.inputs, runs[rows], starts, said=named, fewest=1 if fixed else fewest_blocks)
     return WarmLog(
         source=name,
         time_s=time_s,
-        outputs={key: values[rows] for key, values in outputs.items()},
-        others={key: values[rows] for key, values in others.items()},
-        inputs=inputs,
+        outputs=left.outputs,
+        others=left.others,
+        inputs=left.inputs,
         blocks=found,
         starts=starts,
-        notes=(*measurement.notes, *notes, *failed, *jumps, *found.notes),
+        notes=(*measurement.notes, *notes, *left.notes, *breaks, *found.notes),
     )
-
-
-def _without_failures(
-    time_s: Floats, inputs: dict[str, Floats], *, is_fixed: bool
-) -> tuple[np.ndarray[tuple[int], np.dtype[np.bool_]], dict[str, Floats], list[str]]:
-    """Return the rows to keep, the inputs without sensors that failed, and what is to be said of it."""
-    kept, notes = np.ones(time_s.size, dtype=np.bool_), []
-    for failure in failures_of(time_s, inputs):
-        if failure.sensor_fails and not is_fixed:
-            inputs = {name: values for name, values in inputs.items() if name != failure.name}
-            notes.append(f"{failure}: the sensor is left out")
-        elif failure.sensor_fails:
-            notes.append(f"{failure}: a model that asks for it is judged with what it says")
-        else:
-            kept &= ~failure.rows
-            notes.append(f"{failure}: {np.count_nonzero(failure.rows)} rows are left out")
-    return kept, inputs, notes
 
 
 def _word(said: str) -> str:
@@ -234,7 +225,7 @@ def _outputs(
         headings = ", ".join([*(column.heading for column in measurement.columns.values()), *measurement.unknown])
         problem = f"no displacement in the columns {headings[:_MOST_HEADINGS]!r}"
         raise FileFormatError(measurement.source, None, problem, "a column such as axial_um")
-    others = [f"{name} in {unit}" for name, (_, unit) in channels.items() if name not in lengths]
+    others = [f"{name} in {unit}" for name, (_, unit) in channels.items() if unit not in ("", "mm")]
     return lengths, {}, [f"not observed, as they are no displacements: {', '.join(others)}"] if others else []
 
 

@@ -79,9 +79,9 @@ def failures_of(time_s: Floats, inputs: Mapping[str, Floats]) -> list[Failure]:
         bad = _bad(time_s, values) if name != SPINDLE_SPEED else ~np.isfinite(values)
         if bad.any():
             first = int(np.argmax(bad))
-            reads = f"reads {values[first]:.4g} degC" if np.isfinite(values[first]) else "is missing"
-            more = np.count_nonzero(bad) - 1
-            later = f" and in {more} other rows" if more else ""
+            reads = f"reads {values[first]:.4g} degC" if np.isfinite(values[first]) else "has no value"
+            more = int(np.count_nonzero(bad)) - 1
+            later = f" and in {more} other row{'s' * (more > 1)}" if more else ""
             what = f"{reads} at {time_s[first]:.6g} s{later}"
             fails = np.count_nonzero(bad) > _MOST_BAD * bad.size
             found.append(Failure(name=name, rows=bad, what=what, sensor_fails=bool(fails)))

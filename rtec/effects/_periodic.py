@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.effects._harmonics import WavesShape
-from rtec.effects.conditions import Conditions, Floats
+from rtec.effects.conditions import Conditions, Floats, scheduled
 from rtec.effects.frequency_grid import (
     FEWEST_CYCLES,
     FEWEST_PLACES,
     FEWEST_STATED,
     frequencies,
-    is_schedule,
     looks_constant,
     phases_seen,
     resolved_limit,
@@ -45,8 +44,8 @@ class Periodic(Effect):
     def untestable(self, conditions: Conditions) -> str | None:
         if frequencies(conditions).size or stated_periods(conditions).size:
             return None
-        if is_schedule(conditions):
-            return "the spindle changes its speed: what comes back in time is no period of a turn"
+        if (why := scheduled(conditions)) is not None:
+            return why
         found = conditions.places.size
         if found < FEWEST_PLACES:
             return f"{found} position{'s' if found > 1 else ''} only: at least {FEWEST_PLACES} needed"

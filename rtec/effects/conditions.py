@@ -141,6 +141,11 @@ class Conditions:
         """Whether the file has no position, so that time stands for it."""
         return self.position_unit == "s"
 
+    @property
+    def on_schedule(self) -> bool:
+        """Whether nothing but time goes on while a spindle changes its speed."""
+        return self.time_is_coordinate and self.spindle_rpm is not None and float(np.ptp(self.spindle_rpm)) > 0.0
+
     @cached_property
     def span(self) -> float:
         """Length over which positions spread; those of the whole, where these are a drawn part of it."""
@@ -238,6 +243,15 @@ def no_spread(conditions: Conditions) -> str | None:
     if conditions.time_is_coordinate:
         return "no positions: what grows with them cannot be seen"
     return one_place(conditions)
+
+
+def scheduled(conditions: Conditions) -> str | None:
+    """Return why the data cannot show what comes in time alone, or None.
+
+    A spindle that changes its speed moves its end at once and by its heat: a step, a period or the way to one end may
+    be the schedule's.
+    """
+    return "the spindle changes its speed: what comes in time may come of that" if conditions.on_schedule else None
 
 
 def too_few_moments(conditions: Conditions, fewest: int) -> str | None:

@@ -142,17 +142,11 @@ def frequencies(conditions: Conditions) -> Floats:
     nothing turns evenly.
     """
     top = highest_frequency(conditions)
-    if top == 0.0 or is_schedule(conditions):
+    if top == 0.0 or conditions.on_schedule:
         return np.empty(0)
     lowest, step = FEWEST_CYCLES / conditions.span, SPACING / conditions.span
     count = int(np.floor((top - lowest) / step + 1e-9)) + 1
     return lowest + step * np.arange(max(count, 0), dtype=np.float64)
-
-
-def is_schedule(conditions: Conditions) -> bool:
-    """Return whether the position is a time in which a spindle changes its speed: no turn comes back evenly there."""
-    speed = conditions.spindle_rpm
-    return conditions.time_is_coordinate and speed is not None and float(np.ptp(speed)) > 0.0
 
 
 def resolved_harmonics(conditions: Conditions, period: float) -> int:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from rtec.effects.conditions import Conditions, Floats, too_few_moments
+from rtec.effects.conditions import Conditions, Floats, scheduled, too_few_moments
 from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, own_shape, parameter
 
 FEWEST_MOMENTS = 5
@@ -48,7 +48,7 @@ class LostCounts(ScannedEffect):
     over = Over.TIME
     shape_type = StepShape
     in_time = True
-    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS), scheduled)
     card = Card(
         title="Lost counts",
         formula="`step` after a moment",

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from rtec.effects._ladders import ladder
-from rtec.effects.conditions import Conditions, Floats, too_few_moments
+from rtec.effects.conditions import Conditions, Floats, scheduled, too_few_moments
 from rtec.effects.protocol import Card, Over, Quantity, ScannedEffect, Shape, Tunable, own_shape, parameter
 
 FEWEST_MOMENTS = 4
@@ -43,7 +43,7 @@ class WarmUp(ScannedEffect):
     over = Over.TIME
     shape_type = WarmShape
     in_time = True
-    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS),)
+    data_checks = (partial(too_few_moments, fewest=FEWEST_MOMENTS), scheduled)
     card = Card(
         title="Warm-up",
         formula="`final · (1 − exp(−t/time_constant))`",

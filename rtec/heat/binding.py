@@ -22,8 +22,3 @@ def bound_heat(course: HeatCourse) -> tuple[Any, ...]:
     time_s, shift_mm, per_mm = (np.array(column, dtype=np.float64) for column in columns)
     values: Floats = np.array([course.spindle_rpm, *course.thermometers.values()], dtype=np.float64)
     return time_s, shift_mm, per_mm, float(course.fixed_mm), values
-
-
-def changes(course: HeatCourse) -> bool:
-    """Return whether anything of a course changes with time."""
-    return np.size(course.time_s) > 1

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import number_within, one_of_types, whole_within
 from rtec.errors import ArgumentError
 
 HOUR_S = 3600.0
@@ -68,6 +68,8 @@ class Duty:
     def __post_init__(self) -> None:
         if not self.pieces:
             raise ArgumentError("pieces", "no piece", "one or more of them")
+        for piece in self.pieces:
+            one_of_types("pieces", piece, Piece)
         starts = np.cumsum([0.0, *(piece.duration_s for piece in self.pieces)])[:-1]
         object.__setattr__(self, "starts_s", starts)
 

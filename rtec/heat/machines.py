@@ -14,6 +14,8 @@ STEEL_J_KG_K, IRON_J_KG_K, COOLANT_J_KG_K = 460.0, 500.0, 3700.0
 """Specific heats of bearing steel, of cast iron, and of water with 30 % of glycol."""
 STEEL_UM_M_K, IRON_UM_M_K = 11.5, 10.5
 """Growth of a metre for each kelvin."""
+MANDREL_M = 0.16
+"""Length of the test mandrel."""
 STANDING_W_M2_K = 12.0
 """Heat transfer of standing surfaces, radiation included: 10 to 25 W/(m2 K)."""
 SPREAD = 0.15
@@ -146,6 +148,7 @@ def warm_machine(seed: int | None = None) -> WarmMachine:
         reference_degc=mean_degc,
         axial_um_krpm2=draw.near(0.4),
         compliance_um_n=(draw.near(1 / 80), draw.near(1 / 60), draw.near(1 / 150)),
+        far_mm=1e3 * MANDREL_M,
     )
 
 
@@ -198,21 +201,23 @@ def _losses(draw: _Draw) -> tuple[Loss, ...]:
 
 
 def _growths(draw: _Draw) -> tuple[Growth, ...]:
-    """Return what each part does: free growth of its length, and bending of head and column by half differences."""
+    """Return what each part does: it grows freely, and where its sides differ it bends like two bars side by side."""
     nose, front, arm, height = draw.near(0.14), draw.near(0.20), draw.near(0.55), draw.near(0.75)
-    half_width, depth = draw.near(0.25), draw.near(0.45)
+    half_width, depth, head = draw.near(0.25), draw.near(0.45), draw.near(0.40)
+    guide = IRON_UM_M_K * half_width  # the left guide holds the head
+    yaw = IRON_UM_M_K * arm**2 / (4.0 * half_width)  # X of the arm's end, for a kelvin between its sides
+    roll = IRON_UM_M_K * head / (4.0 * half_width)  # slope of the nose in X, for the same: half of the head is below
+    reach = 0.5 * IRON_UM_M_K * arm
     lift = 0.5 * IRON_UM_M_K * height
-    bend = IRON_UM_M_K * height / depth  # slope of the column's top, urad, for a kelvin between its faces
-    away = 0.5 * IRON_UM_M_K * height**2 / depth  # and its shift
-    skew = 0.5 * IRON_UM_M_K * arm / (2 * half_width)  # slope of the head for a kelvin between its sides
-    sideways = IRON_UM_M_K * half_width  # the left guide holds the head
+    bend = IRON_UM_M_K * height / depth  # slope of the column's top, for a kelvin between front and back
+    away = 0.5 * bend * height  # and Y of it
     screw = STEEL_UM_M_K * 1e-6
     return (
-        Growth(node="mandrel", shift_um_k=(0.0, 0.0, -STEEL_UM_M_K * 0.16)),
+        Growth(node="mandrel", shift_um_k=(0.0, 0.0, -STEEL_UM_M_K * MANDREL_M)),
         Growth(node="shaft_nose", shift_um_k=(0.0, 0.0, -STEEL_UM_M_K * nose)),
         Growth(node="housing_front", shift_um_k=(0.0, 0.0, -STEEL_UM_M_K * front)),
-        Growth(node="head_left", shift_um_k=(sideways, -0.5 * IRON_UM_M_K * arm, 0.0), tilt_urad_k=(skew, 0.0)),
-        Growth(node="head_right", shift_um_k=(0.0, -0.5 * IRON_UM_M_K * arm, 0.0), tilt_urad_k=(-skew, 0.0)),
+        Growth(node="head_left", shift_um_k=(guide + yaw, -reach, 0.0), tilt_urad_k=(roll, 0.0)),
+        Growth(node="head_right", shift_um_k=(-yaw, -reach, 0.0), tilt_urad_k=(-roll, 0.0)),
         Growth(node="column_front", shift_um_k=(0.0, away, lift + bend * arm), tilt_urad_k=(0.0, -bend)),
         Growth(node="column_back", shift_um_k=(0.0, -away, lift - bend * arm), tilt_urad_k=(0.0, bend)),
         Growth(node="screw", screw_per_k=screw, screw_um_k=STEEL_UM_M_K * draw.near(0.10)),

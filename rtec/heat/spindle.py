@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from rtec.checks import number_within, whole_within
+from rtec.checks import number_within, one_of_types, whole_within
 from rtec.errors import ArgumentError, unknown
 from rtec.heat.course import HeatCourse
 from rtec.heat.duty import Duty
@@ -89,9 +89,14 @@ class WarmMachine:
         for growth in self.growths:
             if growth.node not in names:
                 raise unknown("growth", growth.node, names, noun="node")
+        seen: set[str] = set()
         for one in self.thermometers:
             if one.node not in (*names, ROOM):
                 raise unknown(f"thermometer {one.name}", one.node, [*names, ROOM], noun="node")
+            if one.name in seen:
+                raise ArgumentError("thermometer", one.name, "each name once")
+            seen.add(one.name)
+        number_within("reference_degc", self.reference_degc, -50.0, 100.0, unit="degC")
 
     def run(
         self,
@@ -110,7 +115,7 @@ class WarmMachine:
         duty
             Speed, feed and force over time.
         seed
-            From which the offsets of the thermometers are drawn.
+            From which the offsets of the thermometers are drawn: runs of one seed have the same thermometers.
         room, every_s, start_degc, chiller_runs
             As of `Network.run`; the room is the machine's own where none is given. ``run.heat.last_degc`` of another
             run starts a machine that is still warm.
@@ -127,6 +132,7 @@ class WarmMachine:
         >>> run.time_s.size, sorted(run.displacement_um)
         (16201, ['x1', 'x2', 'y1', 'y2', 'z'])
         """
+        one_of_types("duty", duty, Duty)
         whole_within("seed", seed, 0, 2**63 - 1)
         room = self.room if room is None else room
         heat = self.network.run(duty, room=room, every_s=every_s, start_degc=start_degc, chiller_runs=chiller_runs)

@@ -53,7 +53,7 @@ def passes_of(dataset: Dataset) -> NDArray[np.int64]:
 
 def held_out_by(dataset: Dataset) -> str:
     """Return what of a data set is held out together, by its name."""
-    return STRETCH if dataset.block is None or np.ptp(dataset.block) == 0 else BLOCK
+    return BLOCK if dataset.in_blocks else STRETCH
 
 
 def board_of(dataset: Dataset) -> Board:
@@ -63,7 +63,7 @@ def board_of(dataset: Dataset) -> Board:
     together, a tenth of the rows each.
     """
     c = dataset.coordinates
-    if dataset.block is not None and held_out_by(dataset) == BLOCK:
+    if dataset.block is not None and dataset.in_blocks:
         cell = np.unique(dataset.block, return_inverse=True)[1].astype(np.int64)
         return Board(cell=cell, fold=cell % MOST_BLOCKS)
     passage = passes_of(dataset)
@@ -88,7 +88,7 @@ def row_by_row(judge: Judge, model: Scored) -> float | None:
     It is what others publish, and says little about another duty cycle.
     """
     dataset = judge.space.dataset
-    if held_out_by(dataset) != BLOCK:
+    if not dataset.in_blocks:
         return None
     row = np.arange(dataset.rows) % FOLDS
     return dataset.rms(held_out_residual(judge, model, Board(cell=row, fold=row)))

@@ -9,7 +9,6 @@ import numpy as np
 from rtec.effects import Effect, Shape
 from rtec.effects._heat import FollowsHeat
 from rtec.inference.block_choice import chosen_by_blocks
-from rtec.inference.chessboard import BLOCK, held_out_by
 from rtec.inference.exchanges import HOPELESS, OUT_OF_REACH, Exchanges
 from rtec.inference.forms import forms_of
 from rtec.inference.gate import IN_DOUBT, NEGLIGIBLE, Gate, generic
@@ -154,8 +153,7 @@ class Search:
         What several sensors explain is one question: two that only help together are found together.
         """
         heats = [e for e in self.space.library if isinstance(e, FollowsHeat)]
-        by_blocks = held_out_by(self.space.dataset) == BLOCK
-        return [one for effect in heats if by_blocks for one in self._followed(model, effect)]
+        return [one for effect in heats if self.space.dataset.in_blocks for one in self._followed(model, effect)]
 
     def _followed(self, model: Scored, effect: Effect) -> Iterator[Scored]:
         """Yield a model with one sensor more each time in the place of what it has of an effect of heat."""

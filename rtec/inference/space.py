@@ -136,12 +136,12 @@ class Space:
         return frozenset(colour for colour in COLOURS if colour.white >= least)
 
     def weights(self, colour: Colour) -> Colour:
-        """Return the colour by which amplitudes are weighed: that of the noise, or none in a log.
+        """Return the colour by which amplitudes are weighed: that of the noise, or none in a log and beside blocks.
 
         What a log leaves is mostly what its model lacks. Weighing it as noise would fit the smallest steps best, and
-        foretell another log worse than plain least squares do.
+        foretell another log, or block, worse than plain least squares do.
         """
-        return Colour() if self.dataset.conditions.moving else colour
+        return Colour() if self.dataset.conditions.moving or self.dataset.in_blocks else colour
 
     @property
     def has_datum(self) -> bool:

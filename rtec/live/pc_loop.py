@@ -9,6 +9,7 @@ from rtec.errors import ArgumentError, LinkError
 from rtec.link._frame_kernels import AXIS_BITS, HOLD, MOST_AXES, STATUS
 from rtec.link.frame import Frame
 from rtec.link.transport import BusState, Transport
+from rtec.live.heat_file import HeatFile
 from rtec.requester.pc_node import PcNode
 from rtec.requester.settings import PcState
 from rtec.requester.supervision import HoldReason
@@ -28,6 +29,8 @@ class PcLoop:
         One for each axis.
     transport
         The way to the bus.
+    heat
+        What thermometers say, for nodes that are told; None: nothing.
 
     Raises
     ------
@@ -35,12 +38,13 @@ class PcLoop:
         No node, or two of the same axis.
     """
 
-    def __init__(self, nodes: Sequence[PcNode], transport: Transport) -> None:
+    def __init__(self, nodes: Sequence[PcNode], transport: Transport, heat: HeatFile | None = None) -> None:
         axes = [node.axis for node in nodes]
         if not axes or len(set(axes)) != len(axes):
             raise ArgumentError("nodes", axes, "at least one, each of an axis of its own")
         self.nodes = tuple(nodes)
         self.transport = transport
+        self.heat = heat
         self.late_ps = array("q")
         """How late each turn was on the grid of its axis."""
         self.answer_s = array("d")
@@ -116,6 +120,8 @@ class PcLoop:
         if node.sees_axes:
             for other in self.nodes:
                 node.see_axis(other.axis, other.position_mm)
+        if self.heat is not None:
+            node.see_heat(self.heat.values())
         self._send(node.turn(at_ps=now_ps))
         if node.view.state is PcState.HOLD:
             for other in self.nodes:

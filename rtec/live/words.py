@@ -67,6 +67,8 @@ def pc_words(view: PcView) -> str:
         words = "active"
         if view.status is not None and view.status is not Status.OK:
             words = f"active; the box says: {view.status.meaning}"
+        elif view.outside:
+            words = f"active; the predictor does not know what it sees: {view.outside}"
         return words
     return waiting_words(view)
 
@@ -85,6 +87,8 @@ def waiting_words(view: PcView) -> str:
 
 def reason_words(view: PcView) -> str:
     """Return why the machine is held, and what to do."""
+    if view.reason is HoldReason.PREDICTOR_OUT_OF_RANGE and view.outside:
+        return f"the predictor does not know what it sees: {view.outside}; --outside keep or zero goes on without it"
     ours, boxes = view.setup, view.box_setup
     if view.reason is not HoldReason.SETUP_DIFFERS or ours is None or boxes is None:
         return view.reason.meaning

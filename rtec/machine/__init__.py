@@ -13,7 +13,7 @@ if TYPE_CHECKING:
         run_machine,
     )
     from rtec.machine.in_motion import with_motion
-    from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, straight_pass
+    from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, repeated_run, straight_pass
     from rtec.machine.open_path import OpenPath, OpenPathResult
     from rtec.machine.open_run import simulate
 
@@ -28,6 +28,7 @@ __all__ = [
     "OpenPathResult",
     "measuring_run",
     "readings_of",
+    "repeated_run",
     "run_machine",
     "simulate",
     "straight_pass",

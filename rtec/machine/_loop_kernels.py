@@ -48,7 +48,7 @@ MACHINE = np.dtype(
         ("play", PLAY),
         ("reader", READER),
         ("pc", PC),
-        ("restless", np.int64),  # 1: growth, or the PC's prediction, may change while the axis stands
+        ("restless", np.int64),  # 1: the PC's prediction may change while the axis stands
         ("correcting", np.int64),  # 0: no PC and no box, the lines pass
         ("fault_ps", np.int64),  # when a fault next begins or ends
         ("skipping", np.int64),  # 0: every tick is computed, for comparison
@@ -188,7 +188,7 @@ def run(
         trace_tick(m, trace, error, plant, heat)
         resting = servo.v == 0.0 and acceleration == 0.0
         ticks = ticks_at_rest(m, box, laser, command, until_ps, error, heat) if resting else 1
-        if traces and m.restless == 1:
+        if traces and (m.restless == 1 or heat[0].size > 1):
             ticks = min(ticks, trace[1] - servo.ticks % trace[1])
         ticks = box_skips(m, box, resting and box_rests(m, box), ticks)
         read_laser(m, ticks, laser, error, heat)

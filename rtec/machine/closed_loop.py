@@ -20,7 +20,7 @@ from rtec.controller import Multiplication, ReceiverResult, ReceiverSettings
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.controller.receiver import result_of
 from rtec.errors import ArgumentError
-from rtec.heat.binding import bound_heat, changes
+from rtec.heat.binding import bound_heat
 from rtec.heat.course import HeatCourse
 from rtec.injector import Design, InjectorSettings, Insertions, Processor, Timing
 from rtec.injector.box import insertions_of
@@ -166,7 +166,7 @@ class Machine:
         state.reader.window_mm = self.laser.window_mm
         state.reader.full_ps = round(self.laser.dwell_s * PS_PER_S)
         state.reader.half_ps = state.reader.full_ps // 2
-        state.restless = int(changes(self.heat) or not rests(self.model))
+        state.restless = int(not rests(self.model))
         state.servo.compensates = int(not isinstance(self.own_table, NoError))
         state.correcting = int(self.injector is not None)
         state.skipping = 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,8 @@ from numpy.typing import NDArray
 from rtec import axis, metrology
 from rtec.axis import Limits, MotionSegments, ProfileShape, plan
 from rtec.checks import number_within
+from rtec.errors import ArgumentError
+from rtec.units import PS_PER_S
 
 HOME_DWELL_S = 0.5
 """At home, before the program: box and PC start up and agree on the home position."""
@@ -87,19 +88,100 @@ def measuring_run(
     >>> measuring_run(figure_4_3, limits).target_mm.size
     42
     """
-    targets, (below, beyond) = plan_.targets_mm.tolist(), plan_.turns_mm.tolist()
-    move = partial(axis.Move, feed_mm_s=plan_.programmed_feed_mm_s)
-    moves: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S), move(target_mm=targets[0])]
-    readings: list[tuple[int, float, int, int]] = []
-    for run in range(1, plan_.runs + 1):
-        for direction, turn_mm, passed in ((1, below, targets), (-1, beyond, targets[::-1])):
-            moves += [move(target_mm=turn_mm), axis.Dwell(seconds=plan_.dwell_s)]
+    program = _Program(plan_)
+    program.rest(HOME_DWELL_S)
+    program.move(program.targets[0])
+    for _ in range(plan_.runs):
+        program.measure(stop_s)
+    program.rest(LAST_DWELL_S)
+    return program.scheduled(limits, shape)
+
+
+def repeated_run(
+    plan_: metrology.MeasuringPlan,
+    limits: Limits,
+    *,
+    every_s: float,
+    times: int,
+    shape: ProfileShape = ProfileShape.TRAPEZOIDAL,
+) -> MeasuringRun:
+    """Let the axis carry out one run of a measuring plan again and again, standing at home in between.
+
+    Parameters
+    ----------
+    plan_
+        What is measured; its runs do not count.
+    every_s
+        From the beginning of one to that of the next.
+    times
+        How often; the runs of the readings are numbered in their order.
+
+    Raises
+    ------
+    ArgumentError
+        A run that takes longer than ``every_s``, or a feed beyond the axis's limits.
+
+    Examples
+    --------
+    >>> few = metrology.MeasuringPlan(
+    ...     start_mm=25.4, end_mm=177.8, increment_mm=76.2, dwell_s=2, runs=1, feed_mm_s=20, overshoot_mm=2.54)
+    >>> limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
+    >>> task = repeated_run(few, limits, every_s=600.0, times=3)
+    >>> task.target_mm.size, np.diff(task.begins_ps[::6] / 1e12).tolist()
+    (18, [600.0, 600.0])
+    """
+    one = _Program(plan_)
+    one.measure_from_home()
+    took_s = one.scheduled(limits, shape).motion.total_ps / PS_PER_S
+    if took_s > every_s:
+        raise ArgumentError("every_s", f"{every_s:g} s", f"at least {took_s:.0f} s, which a run takes")
+    program = _Program(plan_)
+    program.rest(HOME_DWELL_S)
+    for _ in range(times):
+        program.measure_from_home()
+        if every_s > took_s:
+            program.rest(every_s - took_s)
+    program.rest(LAST_DWELL_S)
+    return program.scheduled(limits, shape)
+
+
+class _Program:
+    """The blocks of a measuring program, and which of them are readings."""
+
+    def __init__(self, plan_: metrology.MeasuringPlan) -> None:
+        self.plan, self.targets = plan_, plan_.targets_mm.tolist()
+        self._blocks: list[axis.Block] = []
+        self._readings: list[tuple[int, float, int, int]] = []
+        self._run = 0
+
+    def rest(self, seconds: float) -> None:
+        """Stand still."""
+        self._blocks.append(axis.Dwell(seconds=seconds))
+
+    def move(self, target_mm: float) -> None:
+        """Go somewhere at the plan's feed."""
+        self._blocks.append(axis.Move(target_mm=target_mm, feed_mm_s=self.plan.programmed_feed_mm_s))
+
+    def measure(self, stop_s: float | None = None) -> None:
+        """Read at the targets forward and back; at the very first one the program stops for ``stop_s``."""
+        self._run += 1
+        below, beyond = self.plan.turns_mm.tolist()
+        for direction, turn_mm, passed in ((1, below, self.targets), (-1, beyond, self.targets[::-1])):
+            self.move(turn_mm)
+            self.rest(self.plan.dwell_s)
             for target_mm in passed:
-                seconds = plan_.dwell_s if readings or stop_s is None else stop_s
-                moves += [move(target_mm=target_mm), axis.Dwell(seconds=seconds)]
-                readings.append((len(moves) - 1, target_mm, direction, run))
-    moves.append(axis.Dwell(seconds=LAST_DWELL_S))
-    return _schedule(plan(axis.Program(blocks=tuple(moves)), limits, shape), readings)
+                self.move(target_mm)
+                self.rest(self.plan.dwell_s if self._readings or stop_s is None else stop_s)
+                self._readings.append((len(self._blocks) - 1, target_mm, direction, self._run))
+
+    def measure_from_home(self) -> None:
+        """Read at the targets, and go home."""
+        self.measure()
+        self.move(0.0)
+
+    def scheduled(self, limits: Limits, shape: ProfileShape) -> MeasuringRun:
+        """Return motion and readings."""
+        return _schedule(plan(axis.Program(blocks=tuple(self._blocks)), limits, shape), self._readings)
 
 
 def _schedule(motion: MotionSegments, readings: Sequence[tuple[int, float, int, int]]) -> MeasuringRun:

@@ -140,7 +140,7 @@ def _of_table(table: Table, choices: ColumnChoices, notes: tuple[str, ...]) -> M
     table = without_units(_one_target_a_row(table), choices)
     passes = _passes(table, choices)
     placed = place(table, choices, frozenset(one.column for one in passes))
-    values = Values(table, placed, choices.decimal, [one.column for one in passes])
+    values = Values(table, placed, choices.decimal, [one.column for one in passes], gaps=choices.gaps)
     lines: Sequence[int] = values.lines
     unfolding: list[str] = []
     headings: list[str] = []

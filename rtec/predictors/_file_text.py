@@ -59,6 +59,8 @@ def _shown(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, np.ndarray | tuple):
         return "[" + ", ".join(map(_shown, np.asarray(value).tolist())) + "]"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_shown, value)) + "]"
     return quoted(value) if isinstance(value, str) else repr(value)
 
 

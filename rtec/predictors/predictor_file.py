@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +115,38 @@ def is_predictor_file(path: str | Path) -> bool:
         No readable TOML.
     """
     return "predictor" in read_toml(Path(path), most_bytes=MOST_BYTES)
+
+
+def is_warm_file(path: str | Path) -> bool:
+    """Return whether a TOML file holds a model of a warm machine.
+
+    Raises
+    ------
+    FileFormatError
+        No readable TOML.
+    """
+    return bool(read_toml(Path(path), most_bytes=MOST_BYTES).get("predictor") == _WARM)
+
+
+def read_warm_model(path: str | Path, *, cautious: bool = False) -> tuple[KnownPredictor, WarmModel]:
+    """Read a model of a warm machine, with what is known of it.
+
+    Parameters
+    ----------
+    path
+        Written by ``rtec train``.
+    cautious
+        Whether the PC asks for no more than its interval supports.
+
+    Raises
+    ------
+    RtecError
+        As for `read_predictor`, another predictor, or caution with a file that has no interval.
+    """
+    known = read_predictor(path)
+    if not isinstance(known.predictor, WarmModel):
+        raise ArgumentError(str(path), known.name, "a model of a warm machine")
+    return known, replace(known.predictor, cautious=cautious)
 
 
 def read_predictor(path: str | Path) -> KnownPredictor:

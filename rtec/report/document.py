@@ -6,6 +6,7 @@ from typing import Any
 
 from rtec.io import strict
 from rtec.report.diagnosis import diagnosis_document
+from rtec.report.shift import shift_document
 from rtec.report.tables import COUNT_COLUMNS, ISO_COLUMNS, READING_COLUMNS, THESIS_COLUMNS, LengthColumn
 from rtec.study.results import Round, StudyResult, StudyRow
 
@@ -29,6 +30,7 @@ def study_document(result: StudyResult) -> dict[str, Any]:
         "rounds": [] if learned is None else [_round(one) for one in learned.rounds],
         "model": _model(result),
         "rows": [row_dict(row) for row in result.rows],
+        "shift": shift_document(result.shift),
         "warnings": list(result.warnings),
         "wall_s": result.wall_s,
     }

@@ -67,7 +67,7 @@ def warm_figure(result: WarmComparison) -> Figure:
 
 def _draw_channel(axes: Axes, result: WarmComparison, row: WarmRow, name: str) -> None:
     parts, one = result.parts, row.channels[name]
-    hours, measured = parts.judge.hours[parts.first :], parts.judged[name]
+    hours, measured = parts.hours, parts.judged[name]
     if one.half_um is not None:
         step = max(1, hours.size // 1500)
         low, high = one.predicted_um - one.half_um, one.predicted_um + one.half_um

@@ -18,6 +18,7 @@ from rtec.report.illustrations import illustrations
 from rtec.report.page import page_values
 from rtec.report.page_folder import write_page_folder
 from rtec.report.search import search_figures
+from rtec.report.shift import shift_csv
 from rtec.report.tables import curves_csv, rows_csv
 from rtec.signal import coarsest_timescale, write_vcd
 from rtec.study.results import StudyResult, Waveform
@@ -67,6 +68,8 @@ def _write_beside(result: StudyResult, scale: Scale, folder: Path) -> None:
         (folder / name).mkdir()
     write_text(folder / "rows.csv", rows_csv(result, scale))
     write_text(folder / "feed.csv", curves_csv(result, scale))
+    if result.shift is not None:
+        write_text(folder / "shift.csv", shift_csv(result.shift, scale))
     if result.learned is not None:
         _write_readings(result, "calibration", "none", result.learned.readings, folder / "readings")
         write_model(folder / "model.toml", result.learned.diagnosis.model)

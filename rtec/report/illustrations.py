@@ -14,8 +14,10 @@ from rtec.report.figures_feed import feed_figure
 from rtec.report.figures_hold import hold_figure
 from rtec.report.figures_positioning import positioning_figure
 from rtec.report.figures_residual import residual_figure
+from rtec.report.figures_shift import shift_figure
 from rtec.report.figures_summary import summary_figure
 from rtec.report.figures_waveform import waveform_figure
+from rtec.report.shift import shift_caption
 from rtec.study.results import StudyResult
 
 if TYPE_CHECKING:
@@ -114,6 +116,7 @@ _ALL: tuple[
     tuple[str, str, Callable[[StudyResult, Scale], str], Callable[[StudyResult, Scale], Figure | None]], ...
 ] = (
     ("summary", "Before and after", _summary, summary_figure),
+    ("shift", "Over a shift", shift_caption, shift_figure),
     ("positioning", "Positioning error in both directions", _positioning, positioning_figure),
     ("cyclic", "Cyclic error", _cyclic, cyclic_figure),
     ("residual", "What is left", _residual, residual_figure),

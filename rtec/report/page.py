@@ -8,6 +8,7 @@ from typing import Any
 from rtec.report.appearance import Scale, is_design, joined, look_of, number, printable
 from rtec.report.iso230.figure_table import ISO_FIGURES, READING_FIGURES
 from rtec.report.search import search_of
+from rtec.report.shift import HEADS, shift_lines
 from rtec.report.tables import (
     COUNT_COLUMNS,
     ISO_COLUMNS,
@@ -50,7 +51,7 @@ DEFINITIONS = (
 
 NOT_MODELLED = (
     "The error of the axis is a function of position and direction that stays the same from run to run; the noise of "
-    "a reading is normal and independent. Warming up, wear and load are left out.",
+    "a reading is normal and independent. Wear and load are left out, and warming up where it is not asked for.",
     "Lost motion is a play between the forward and the reverse curve; the screw does not wind up, and nothing sticks "
     "and slips.",
     "The drive is a proportional position loop over a first-order velocity loop, without resonances.",
@@ -113,6 +114,8 @@ def page_values(result: StudyResult, scale: Scale) -> dict[str, Any]:
         "scale": scale,
         "rows": table_rows(result, scale),
         "columns": (THESIS_COLUMNS, ISO_COLUMNS, READING_COLUMNS, COUNT_COLUMNS),
+        "shift": shift_lines(result, scale),
+        "shift_heads": HEADS,
         "limits": limit_rows(result, scale),
         "largest_error": scale.with_unit(max((limit.largest_error_mm for limit in result.limits), default=None)),
         "program_feed": scale.feed(result.study.plan.feed_mm_s),

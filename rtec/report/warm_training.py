@@ -34,7 +34,7 @@ def warm_document(result: WarmComparison) -> dict[str, object]:
         "unit": "um",
         "blocks": {"by": parts.log.blocks.by, "train": parts.blocks, "names": list(parts.log.blocks.names)},
         "heldout_by": parts.heldout_by,
-        "samples": {"train": int(parts.rows.size), "heldout": parts.judge.rows - parts.first},
+        "samples": {"train": int(parts.rows.size), "heldout": int(parts.judging.size)},
         "chosen": result.chosen,
         "interrupted": result.interrupted,
         "notes": [*parts.log.notes, *result.notes],

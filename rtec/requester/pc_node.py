@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy.typing as npt
+
 from rtec._jit import new_record, prepared
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
 from rtec.link._frame_kernels import AT_HOME, MOST_AXES, SWITCH_ON
 from rtec.link.frame import PAYLOAD_BYTES, Frame
 from rtec.predictors import Model
-from rtec.predictors._kernels import AXES, INSIDE, SD
+from rtec.predictors._kernels import AXES, INSIDE, OUTSIDE, SAID, SD
 from rtec.predictors.binding import bound, check_axis, outside_input, sees_axes
 from rtec.requester import _pc_node_kernels, _pc_turn_kernels
 from rtec.requester.settings import HandshakeSettings, PcState
@@ -71,6 +73,8 @@ class PcView:
     """How long the last answer took, from the request to the frame that says it is completed."""
     sd_mm: float | None
     """Standard deviation of the last prediction; None where the model gives none."""
+    outside: str
+    """Input that is outside the model's ranges now; empty where none is."""
     outside_s: float
     """For how long the present model has had no answer: an input was outside its ranges."""
     outside_input: str
@@ -108,6 +112,8 @@ class PcNode:
         How far beyond the ends of its range the predictor is still evaluated.
     setup
         Setup that it sends as expected and compares with the box's; None: neither.
+    heat
+        Inputs of heat that it is told (`see_heat`): ``temperature_NAME``, ``spindle_speed``.
 
     Raises
     ------
@@ -141,6 +147,7 @@ class PcNode:
         home_mm: float = 0.0,
         margin_mm: float = 0.0,
         setup: Setup | None = None,
+        heat: tuple[str, ...] = (),
     ) -> None:
         self.axis = whole_within("axis", axis, 1, MOST_AXES)
         number_within("count_mm", count_mm, 1e-9, 1e3, unit="mm")
@@ -154,13 +161,14 @@ class PcNode:
         node.requester = whole_within("requester", requester, 0, 7)
         node.pc.home_mm = number_within("home_mm", home_mm, -1e6, 1e6, unit="mm")
         self._margin_mm = number_within("margin_mm", margin_mm, 0.0, 1e3, unit="mm")
+        self._heat = heat
         self.predict_by(predictor)
         _pc_node_kernels.pc_node_start(node, start_ps, whole_within("first_sequence", first_sequence, 0, 255))
 
     def predict_by(self, predictor: Model) -> None:
         """Take another predictor from now on; home has to lie in its range."""
         check_axis(predictor, self.axis)
-        model = bound(predictor, margin_mm=self._margin_mm)
+        model = bound(predictor, self._heat, margin_mm=self._margin_mm)
         low_mm, high_mm = predictor.range_mm
         home_mm, margin_mm = float(self._node.pc.home_mm), self._margin_mm
         if not low_mm <= home_mm <= high_mm:
@@ -172,6 +180,10 @@ class PcNode:
         self._node.pc.outside_turns, self._node.pc.outside_input = 0, INSIDE
         self.sees_axes = sees_axes(predictor)
         self._turn = prepared(_pc_turn_kernels.turn, self._node, 0, self._model)
+
+    def see_heat(self, values: npt.ArrayLike) -> None:
+        """Take what sensors of heat say, shape (inputs,), in the order of ``heat``; NaN where one says nothing."""
+        self._model[SAID][:] = values
 
     def see_axis(self, axis: int, position_mm: float) -> None:
         """Take the position of an axis, this one or another."""
@@ -250,6 +262,7 @@ class PcNode:
                 trip_position_counts=int(n.trip_position),
             ),
             answer_s=int(n.answer_ps) / PS_PER_S,
+            outside=outside_input(self._predictor, int(self._model[OUTSIDE][0])),
             outside_s=int(n.pc.outside_turns * n.pc.period_ps) / PS_PER_S,
             outside_input=outside_input(self._predictor, int(n.pc.outside_input)),
             sd_mm=None if math.isnan(sd_mm := float(self._model[SD][0])) else sd_mm,

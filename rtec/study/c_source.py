@@ -164,6 +164,7 @@ def compensation_lines(table: Compensation, name: str, *, precision: Precision =
         "direction of motion (below 0 in reverse, else forward). A compensation is its negative.",
         "Straight lines between the nodes; beyond the ends the error of the nearest end.",
         f"They differ from the model by {1e3 * table.interpolation_mm:.3f} um at most.",
+        *([f"Of a machine with {table.warmth}."] if table.warmth else []),
         *_on_precision((table.position_mm[0], table.position_mm[-1]), precision),
         *(f"Left out: {one.effect}, {one.why}." for one in table.left_out),
     )

@@ -11,6 +11,7 @@ from rtec.effects import Floats
 from rtec.errors import ArgumentError
 from rtec.inference.model import Model, Term
 from rtec.inference.static_predictor import MOST_POINTS, LeftOut, predictor_of_model, static_part
+from rtec.inference.warmth import Warmth
 from rtec.predictors import FORWARD, REVERSE, Predictor
 from rtec.predictors.binding import check_curve
 from rtec.predictors.layered import TOUCH_MM, TrainedNetworks
@@ -42,10 +43,18 @@ class Compensation:
     """Largest difference between the model and straight lines from node to node, in mm."""
     left_out: tuple[LeftOut, ...]
     """Effects of the model that no table of positions holds."""
+    warmth: str = ""
+    """How warm the machine is, in words; empty where the errors do not depend on it."""
 
 
 def compensation_of(
-    known: Model | Predictor, low_mm: float, high_mm: float, *, within_mm: float, most: int
+    known: Model | Predictor,
+    low_mm: float,
+    high_mm: float,
+    *,
+    within_mm: float,
+    most: int,
+    warmth: Warmth | None = None,
 ) -> Compensation:
     """Return the nodes that draw what is known of an axis within a tolerance, or as well as so many of them can.
 
@@ -59,11 +68,14 @@ def compensation_of(
         Largest difference that straight lines between the nodes may leave, in mm.
     most
         Nodes at most.
+    warmth
+        Of the machine; a model with effects of heat needs it.
 
     Raises
     ------
     ArgumentError
-        A model of something else, or an effect without numbers; more turns of the screw than a table can follow.
+        A model of something else, an effect without numbers, or one of heat without the warmth; more turns of the
+        screw than a table can follow.
 
     Notes
     -----
@@ -80,38 +92,43 @@ def compensation_of(
     >>> table.position_mm.tolist(), table.forward_mm.tolist()
     ([0.0, 100.0], [0.0, 0.002])
     """
-    if isinstance(known, Model):
-        fine, true, left_out = _model_drawn(known, low_mm, high_mm)
-    else:
-        fine, true, left_out = _predictor_drawn(known, low_mm, high_mm)
+    fine, true, left_out = drawn(known, low_mm, high_mm, warmth)
     nodes = _nodes(fine, true, within_mm, most)
     position = np.round(fine[nodes] / _GRID_MM) * _GRID_MM
     errors = np.round(true[:, nodes] / _GRID_MM) * _GRID_MM
-    drawn = np.stack([np.interp(fine, position, curve) for curve in errors])
+    lines = np.stack([np.interp(fine, position, curve) for curve in errors])
     return Compensation(
         position_mm=np.round(position, 6),
         forward_mm=np.round(errors[0], 6),
         reverse_mm=np.round(errors[1], 6),
-        interpolation_mm=float(np.abs(drawn - true).max()),
+        interpolation_mm=float(np.abs(lines - true).max()),
         left_out=left_out,
+        warmth="" if warmth is None else str(warmth),
     )
 
 
-_Drawn = tuple[Floats, Floats, tuple[LeftOut, ...]]
+Drawn = tuple[Floats, Floats, tuple[LeftOut, ...]]
 """Positions close enough for all that bends or steps, shape (n,); the errors of both directions there, shape (2, n);
 and what is not in them."""
 
 
-def _model_drawn(model: Model, low_mm: float, high_mm: float) -> _Drawn:
-    table, left_out = predictor_of_model(model, low_mm, high_mm)
+def drawn(known: Model | Predictor, low_mm: float, high_mm: float, warmth: Warmth | None = None) -> Drawn:
+    """Return the errors of a model or a predictor, as of `compensation_of`, so closely that lines between them do."""
+    if isinstance(known, Model):
+        return _model_drawn(known, low_mm, high_mm, warmth)
+    return _predictor_drawn(known, low_mm, high_mm)
+
+
+def _model_drawn(model: Model, low_mm: float, high_mm: float, warmth: Warmth | None) -> Drawn:
+    table, left_out = predictor_of_model(model, low_mm, high_mm, warmth)
     grid = table.forward_positions_mm
     kept = model.with_terms(t for t in model.terms if t.name not in {one.effect for one in left_out})
     finer = [np.linspace(low_mm, high_mm, 4 * grid.size)] if grid.size < MOST_NODES else []
     fine = np.unique(np.concatenate([grid, *finer, *(_beside_steps(term, low_mm, high_mm) for term in kept.terms)]))
-    return fine, np.stack([static_part(kept, fine, way)[0] for way in (FORWARD, REVERSE)]), left_out
+    return fine, np.stack([static_part(kept, fine, way, warmth)[0] for way in (FORWARD, REVERSE)]), left_out
 
 
-def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> _Drawn:
+def _predictor_drawn(predictor: Predictor, low_mm: float, high_mm: float) -> Drawn:
     """Draw a predictor at its own points, on both sides of its steps, and between.
 
     A network that sees the place in the turn steps at the end of the turn; see ``within_turn``.
@@ -199,6 +216,8 @@ def linuxcnc_lines(table: Compensation, *, per_unit_mm: float = 1.0) -> Iterator
 def csv_lines(table: Compensation) -> Iterator[str]:
     """Yield the lines of a table for a spreadsheet: position in mm, error in um in each direction."""
     yield f"# interpolation_error: {1e3 * table.interpolation_mm:.3f} um"
+    if table.warmth:
+        yield f"# warmth: {table.warmth}"
     for one in table.left_out:
         yield f"# left_out: {one.effect}, {one.why}"
     yield "position_mm,forward_um,reverse_um"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from importlib import resources
+from importlib import import_module, resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtec.axis import Encoder, Imperfections, Limits, ProfileShape, Servo
 from rtec.board import Microcontroller
@@ -36,6 +36,9 @@ from rtec.study.models import (
     model_of,
 )
 from rtec.units import ACCELERATION, ANGLE, FREQUENCY, JERK, LENGTH, RATE, SPEED, TIME
+
+if TYPE_CHECKING:
+    from rtec.study.heat import HeatStudy
 
 UNITS = ("um", "mm", "inch")
 _MOST_HAPPENINGS = 100
@@ -108,6 +111,8 @@ class Study:
     """Times (from, until) in ps at which the PC probes while the rows are measured."""
     library: Library = LIBRARY
     """The effects that the search of a calibration may find, with those of one's own."""
+    heat: HeatStudy | None = None
+    """A machine that warms over a shift; None for a cold one alone."""
     firmware: Microcontroller | None = None
     """The processor that runs the real firmware in the box; None for the behavioural model of it."""
 
@@ -130,14 +135,14 @@ class Study:
         return InjectorSettings(design=design, timing=self.timing(design), real_edges=self.real_edges)
 
 
-def builtin_text() -> str:
-    """Return the built-in study as the file that users copy."""
-    return resources.files("rtec.study").joinpath("lathe.toml").read_text(encoding="utf-8")
+def builtin_text(name: str = "lathe") -> str:
+    """Return a built-in study, ``lathe`` or ``warm``, as the file that users copy."""
+    return resources.files("rtec.study").joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
-def builtin_study() -> Study:
-    """Return the built-in study ``lathe``."""
-    return _study({}, "built-in study", Path())
+def builtin_study(name: str = "lathe") -> Study:
+    """Return a built-in study: ``lathe``, or ``warm``, a machine that warms over a shift."""
+    return _study(parse_toml(builtin_text(name), f"built-in study {name}"), f"built-in study {name}", Path())
 
 
 def read_study(path: Path, library: Library = LIBRARY) -> Study:
@@ -157,7 +162,7 @@ def read_study(path: Path, library: Library = LIBRARY) -> Study:
 
 def _study(given: dict[str, Any], path: str | Path, folder: Path, library: Library = LIBRARY) -> Study:
     builtin = parse_toml(builtin_text(), "built-in study")
-    top = Section(path, "", given, builtin, optional=("faults", "probing"))
+    top = Section(path, "", given, builtin, optional=("faults", "heat", "probing"))
 
     def section(name: str, *optional: str) -> Section:
         return Section(path, name, top.raw(name), builtin[name], optional=optional)
@@ -196,6 +201,7 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path, library: Libra
             **_box(parts["box"]),
             handshake=_handshake(parts["handshake"]),
             **_figures(parts["figures"]),
+            heat=_heat(top, path, plan, folder) if top.has("heat") else None,
             faults=tuple(_fault(section) for section in _happenings(top, path, "faults", _FAULT_KEYS)),
             probing=tuple(_probing(section) for section in _happenings(top, path, "probing", ("from", "until"))),
         )
@@ -213,6 +219,14 @@ def _study(given: dict[str, Any], path: str | Path, folder: Path, library: Libra
         where = error.name if str(path) in error.name else f"{path}: {error.name}"
         raise ArgumentError(where, brief(error.value), error.allowed, error.hint, problem=error.problem) from None
     return study
+
+
+def _heat(top: Section, path: str | Path, plan: MeasuringPlan, folder: Path) -> HeatStudy:
+    """Return what the table ``[heat]`` asks for; what it needs is loaded where there is one."""
+    heat = import_module("rtec.study.heat")
+    section = Section(path, "heat", top.raw("heat"), heat.DEFAULTS, optional=heat.OPTIONAL)
+    found: HeatStudy = heat.heat_of(section, plan, folder)
+    return found
 
 
 def _happenings(top: Section, path: str | Path, name: str, keys: tuple[str, ...]) -> list[Section]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.heat.course import HeatCourse
 from rtec.inference.results import Diagnosis
 from rtec.inference.static_predictor import LeftOut
 from rtec.machine import Ending, LoopResult
@@ -14,6 +16,9 @@ from rtec.metrology import MeasuringPlan, PositioningFigures, Readings, joined
 from rtec.predictors import BidirectionalTable
 from rtec.signal import EdgeStream
 from rtec.study.definition import Study
+
+if TYPE_CHECKING:
+    from rtec.study.heat import HeatStudy
 
 Floats = NDArray[np.float64]
 
@@ -166,6 +171,48 @@ class Learned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShiftRow:
+    """One way of correcting a machine that warms, calibrated again and again over a shift."""
+
+    name: str
+    """``uncompensated``, ``cold``, ``warm`` or ``speed``."""
+    title: str
+    time_s: Floats
+    """Middle of each calibration, shape (calibrations,)."""
+    deviation_mm: Floats
+    """Of each reading, shape (calibrations, readings); NaN where the machine was held before it."""
+    reason: str
+    """Why the row ended before its time; empty where nothing is amiss."""
+    run: LoopResult
+    """What the machine counted on the way."""
+
+    @property
+    def rms_mm(self) -> float:
+        """Of all readings that were taken."""
+        return _rms(self.deviation_mm[np.isfinite(self.deviation_mm)])
+
+    @property
+    def worst_mm(self) -> float:
+        """Largest deviation, either way."""
+        return float(np.nanmax(np.abs(self.deviation_mm)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shift:
+    """A machine that warmed over a shift, corrected in several ways."""
+
+    heat: HeatStudy
+    course: HeatCourse
+    """What it did."""
+    rows: tuple[ShiftRow, ...]
+
+    @property
+    def good(self) -> bool:
+        """Return whether every row came to its end and every count is accounted for."""
+        return all(row.run.audit and not row.reason for row in self.rows)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StudyResult:
     """A whole study."""
 
@@ -190,11 +237,13 @@ class StudyResult:
     limits: tuple[Limit, ...]
     wall_s: float
     warnings: tuple[str, ...]
+    shift: Shift | None = None
+    """What heat does to it; None for a study without a table ``[heat]``."""
 
     @property
     def good(self) -> bool:
         """Return whether every count of every row is accounted for."""
-        return all(row.good for row in self.rows)
+        return all(row.good for row in self.rows) and (self.shift is None or self.shift.good)
 
 
 def _rms(values: Floats) -> float:

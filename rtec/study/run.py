@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from rtec.study.definition import Study
 from rtec.study.figures import feed_curve, hold_curve, limit_of, waveform
 from rtec.study.learning import learn, learning_s, score
 from rtec.study.models import LATHE, LEARNED, TRUTH
-from rtec.study.results import FeedCurve, HoldCurve, Learned, StudyResult, StudyRow
+from rtec.study.results import FeedCurve, HoldCurve, Learned, Shift, StudyResult, StudyRow
 from rtec.units import PS_PER_S
 
 _MEASURING, _MOVING, _HOLDING = 0.7, 0.6, 0.1
@@ -69,13 +70,14 @@ def run_study(
         _troubled(study, _with_box(study, design))  # what cannot be is refused before anything is measured
     designs = len(study.designs)
     learning = learning_s(study) if study.learns else 0.0
-    total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING)
+    shifts = 0.0 if study.heat is None else import_module("rtec.study.shift").shift_s(study.heat)
+    total = learning + (2 + designs) * _MEASURING + designs * (_MOVING + _HOLDING) + shifts
     with Workers(progress, total=total) as workers:
         jobs = _Jobs(study, workers)
         # what does not depend on the predictor begins before it is known
         rows = [jobs.row("uncompensated", _troubled(study, machine_of(study)))]
         holds = [jobs.hold(study, design) for design in study.designs]
-        learned = None
+        learned = shift = None
         if study.learns:
             learned = learn(study, machine_of(study), workers.reporter)
             study = replace(study, model=learned.predictor, left_out=learned.left_out)
@@ -83,10 +85,12 @@ def run_study(
         feeds = [jobs.feed(study, design) for design in study.designs]
         if learned is not None and meanwhile is not None:
             meanwhile(learned)
+        if study.heat is not None:
+            shift = import_module("rtec.study.shift").run_shift(study, study.heat, machine_of(study), workers)
         measured = tuple(row.result() for row in rows)
         feed_curves = tuple(feed.result() for feed in feeds)
         hold_curves = tuple(hold.result() for hold in holds)
-    return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, begun)
+    return _result(study, jobs.task, measured, feed_curves, hold_curves, learned, shift, begun)
 
 
 class _Jobs:
@@ -121,6 +125,7 @@ def _result(
     feeds: tuple[FeedCurve, ...],
     holds: tuple[HoldCurve, ...],
     learned: Learned | None,
+    shift: Shift | None,
     begun: float,
 ) -> StudyResult:
     """Collect what the report needs; ``study`` holds the predictor that was at work."""
@@ -130,6 +135,7 @@ def _result(
         command=_command(study),
         facts=_facts(study, task),
         learned=learned,
+        shift=shift,
         predictor_score=score(study, study.model, position),
         position_mm=position,
         forward_error_mm=study.axis_error.error_mm(position, 1),
@@ -140,7 +146,7 @@ def _result(
         waveforms=tuple(waveform(study, design) for design in study.designs),
         limits=tuple(limit_of(study, design) for design in study.designs),
         wall_s=time.perf_counter() - begun,
-        warnings=_warnings(study, rows),
+        warnings=_warnings(study, rows) + (() if shift is None else _shift_warnings(shift)),
     )
 
 
@@ -283,6 +289,10 @@ def _warnings(study: Study, rows: tuple[StudyRow, ...]) -> tuple[str, ...]:
     return tuple(seen)
 
 
+def _shift_warnings(shift: Shift) -> tuple[str, ...]:
+    return tuple(f"over the shift, {row.title}: {row.reason}" for row in shift.rows if row.reason)
+
+
 def _box_pace(study: Study) -> str:
     if study.firmware is not None:
         return "box at its firmware's pace"
@@ -307,6 +317,7 @@ def _facts(study: Study, task: MeasuringRun) -> tuple[tuple[str, str], ...]:
             f"window ±{talk.window_steps} steps, {_box_pace(study)}, "
             f"PC every {talk.pc_period_ps / 1e9:g} ms, latency {talk.latency_ps / 1e6:g} µs",
         ),
+        *(() if study.heat is None else (("Warm machine", str(study.heat)),)),
         *(("Fault", str(fault)) for fault in study.faults),
         *(
             ("Probing", f"from {a / PS_PER_S:g} s to {b / PS_PER_S:g} s: nothing is corrected")

@@ -10,16 +10,20 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from rtec.dataset.warm_log import WarmLog
-from rtec.errors import ArgumentError
+from rtec.errors import RtecError
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.training.warm_intervals import calibrated_factor, half_widths
-from rtec.training.warm_methods import ModelFit, WarmMethod, WarmTask, warm_methods
+from rtec.training.warm_methods import WarmMethod, warm_methods
 from rtec.training.warm_parts import WarmParts, parts_of
 from rtec.training.warm_results import ChannelFit, SensorRow, WarmComparison, WarmKind, WarmRow
 from rtec.training.warm_sensors import sensor_rows, updated_hourly
+from rtec.training.warm_task import ModelFit, WarmTask
 
 NO_WORSE = 1.05
 """Times the lowest error by blocks: so much worse may be a row with fewer numbers, and be chosen."""
+NO_WORSE_PHYSICAL = 1.2
+"""The same for a physical row: blocks are few, so that no error by blocks is known better than that, and what follows
+the heat has a reason to hold at another duty cycle."""
 PERSISTENCE = "persistence"
 BEYOND = 0.02
 """Of the range of an input in training: so much farther out is outside of it."""
@@ -60,8 +64,9 @@ def compare_warm(
     Notes
     -----
     All choices, of features, settings, sensors and of the row, are made by the error of training blocks that are left
-    out in turn. Chosen is, of the rows whose error by blocks is at most 5 % above the lowest, the one with the fewest
-    numbers. Rows that need a probe, and those that are no better than the mean, are never chosen.
+    out in turn. Chosen is the best physical row, where its error by blocks is at most a fifth above the lowest; else,
+    of the rows at most 5 % above the lowest, the one with the fewest numbers. Rows that need a probe, and those that
+    are no better than the mean, are never chosen.
     """
     parts = parts_of(log, heldout)
     chosen_methods = tuple(methods or warm_methods())
@@ -103,7 +108,7 @@ def _rows(
             task.until_s = time.perf_counter() + left_s / (len(methods) - place)
             try:
                 row = _judged(row, method, task)
-            except ArgumentError as error:
+            except RtecError as error:
                 reason = str(error)
             except np.linalg.LinAlgError:
                 reason = "its equations have no answer: too few rows, or columns that say the same"
@@ -158,7 +163,7 @@ def _with_figures(row: WarmRow, channels: Mapping[str, ChannelFit], parts: WarmP
     widths = [one.half_um for one in channels.values()]
     off = [parts.judged[name] - one.predicted_um for name, one in channels.items()]
     sure = [(width, error) for width, error in zip(widths, off, strict=True) if width is not None]
-    hours = parts.judge.hours[parts.first :]
+    hours = parts.hours
     return replace(
         row,
         channels=channels,
@@ -192,16 +197,15 @@ def _persistence(parts: WarmParts) -> list[WarmRow]:
     starts = np.array(parts.judge.starts)
     for name, values in parts.judge.outputs.items():
         said = np.concatenate([values[:1], values[:-1]])
-        trained = parts.log.outputs[name][: parts.until]
-        steps = np.diff(trained)[~np.isin(np.arange(1, trained.size), parts.log.starts)]
-        inside = parts.judged[name].size > 1
-        off = (values - said)[parts.first :][~np.isin(np.arange(parts.first, values.size), starts)]
+        steps = np.diff(parts.log.outputs[name][: parts.until])[~np.isin(np.arange(1, parts.until), parts.log.starts)]
+        off = (values - said)[parts.judging][~np.isin(parts.judging, starts)]
+        steps, off = steps[np.isfinite(steps)], off[np.isfinite(off)]
         channels[name] = ChannelFit(
             rms_train_um=rms(steps),
             rms_blocks_um=rms(steps),
-            rms_heldout_um=rms(off) if inside and off.size else 0.0,
+            rms_heldout_um=rms(off) if off.size else 0.0,
             rms_rows_um=rms(steps),
-            predicted_um=said[parts.first :],
+            predicted_um=said[parts.judging],
         )
     note = "It needs a probe that reads all the time: it says the reading before, and is never chosen."
     row = WarmRow(name=PERSISTENCE, kind=WarmKind.NONE, needs_probe=True, parameters=0, train_s=0.0, eval_ns=0.0)
@@ -224,15 +228,17 @@ def _flagged(rows: list[WarmRow]) -> list[WarmRow]:
 
 
 def _chosen(rows: Sequence[WarmRow]) -> WarmRow | None:
-    """Return the row with the fewest numbers of those that are about as good as the best, by blocks alone."""
+    """Return the row that errors by blocks choose; None where none is better than the mean."""
+    mean = rows[0].rms_blocks_um
     able = [(row.rms_blocks_um, row.parameters or 0, row) for row in rows if row.works]
     known = [(error, numbers, row) for error, numbers, row in able if error is not None]
-    mean = rows[0].rms_blocks_um
     known = [one for one in known if mean is None or one[0] < mean]
-    if not known:
-        return None
-    lowest = min(error for error, *_ in known)
-    return min((one for one in known if one[0] <= NO_WORSE * lowest), key=lambda one: (one[1], one[0]))[2]
+    lowest = min((error for error, *_ in known), default=0.0)
+    physical = [one for one in known if one[2].kind is WarmKind.PHYSICAL and one[0] <= NO_WORSE_PHYSICAL * lowest]
+    if physical:
+        return min(physical, key=lambda one: one[0])[2]
+    good = [one for one in known if one[0] <= NO_WORSE * lowest]
+    return min(good, key=lambda one: (one[1], one[0]))[2] if good else None
 
 
 def _sensors(parts: WarmParts, interrupted: bool, progress: Progress) -> tuple[tuple[SensorRow, ...], bool]:
@@ -256,7 +262,7 @@ def _notes(parts: WarmParts) -> list[str]:
         notes.append(f"fits see every {step}th row, {parts.rows.size} of {parts.until}; all rows judge")
     far = []
     for name, values in log.inputs.items():
-        seen, asked = values[: parts.until], judge.inputs[name][parts.first :]
+        seen, asked = values[: parts.until], judge.inputs[name][parts.judging]
         low, high = float(seen.min()), float(seen.max())
         beyond = max(float(asked.max()) - high, low - float(asked.min())) / max(high - low, 1e-12)
         if beyond > BEYOND:

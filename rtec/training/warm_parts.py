@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rtec.dataset.warm_blocks import BY_SPEED
 from rtec.dataset.warm_log import WarmLog
+from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature, columns_of
 
@@ -16,6 +18,7 @@ JUDGING = 0.15
 """Share of the rows that judge, at least."""
 PERIOD_S = 60.0
 """Between two rows that train: temperatures hardly change in less."""
+_MOST_NAMED = 3
 Places = npt.NDArray[np.int64]
 
 
@@ -29,10 +32,10 @@ class WarmParts:
         The logs whose rows train and judge; the same one where no other file judges.
     until
         The first row of ``log`` that does not train.
-    first
-        The first row of ``judge`` that judges.
+    judging
+        Rows of ``judge`` that judge, ascending, shape (rows,): those in which every displacement was measured.
     rows
-        Rows of ``log`` that a fit sees, one a minute, shape (rows,).
+        Rows of ``log`` that a fit sees, one a minute, shape (rows,), likewise.
     heldout_by
         What judges, in words.
     """
@@ -40,7 +43,7 @@ class WarmParts:
     log: WarmLog
     judge: WarmLog
     until: int
-    first: int
+    judging: Places
     rows: Places
     heldout_by: str
 
@@ -63,7 +66,7 @@ class WarmParts:
     @property
     def judged(self) -> Mapping[str, Floats]:
         """Displacements that judge, in um, by channel."""
-        return {name: values[self.first :] for name, values in self.judge.outputs.items()}
+        return {name: values[self.judging] for name, values in self.judge.outputs.items()}
 
     def columns(self, features: tuple[Feature, ...]) -> Floats:
         """Return features at the rows that a fit sees, shape (rows, features)."""
@@ -71,7 +74,12 @@ class WarmParts:
 
     def judging_columns(self, features: tuple[Feature, ...]) -> Floats:
         """Return features at the rows that judge, with all that went before them, shape (rows, features)."""
-        return columns_of(features, self.judge.time_s, self.judge.inputs, self.judge.starts)[self.first :]
+        return columns_of(features, self.judge.time_s, self.judge.inputs, self.judge.starts)[self.judging]
+
+    @property
+    def hours(self) -> Floats:
+        """Time of the rows that judge, in hours, shape (rows,)."""
+        return self.judge.hours[self.judging]
 
 
 def parts_of(log: WarmLog, heldout: WarmLog | None = None) -> WarmParts:
@@ -81,29 +89,37 @@ def parts_of(log: WarmLog, heldout: WarmLog | None = None) -> WarmParts:
     one where these are less than 15 % of the rows. Without a speed, the last blocks that are 15 % of the rows.
     """
     if heldout is not None:
-        rows = _one_a_minute(log.time_s, log.rows)
-        return WarmParts(log=log, judge=heldout, until=log.rows, first=0, rows=rows, heldout_by=heldout.source)
+        return _parts(log, heldout, log.rows, 0, heldout.source)
     of_row = log.blocks.of_row
     begins = np.concatenate([[0], 1 + np.flatnonzero(np.diff(of_row))])
     late = begins[(begins > 0) & (begins <= (1.0 - JUDGING) * log.rows)]
-    if SPINDLE_SPEED in log.inputs:
+    if log.blocks.by == BY_SPEED:
         turning = [begin for begin in late.tolist() if np.median(_block_at(log, begin)) > 0.0]
         late = np.array(turning) if turning else late
     until = int(late[-1]) if late.size else int(begins[-1]) or round((1.0 - JUDGING) * log.rows)
     hours = log.hours
     names = dict.fromkeys(log.blocks.names[number] for number in np.unique(of_row[until:]))
-    heldout_by = f"the last blocks ({', '.join(names)}), from {hours[until]:.4g} h on"
-    return WarmParts(
-        log=log, judge=log, until=until, first=until, rows=_one_a_minute(log.time_s, until), heldout_by=heldout_by
-    )
+    named = f" ({', '.join(names)})" if len(names) <= _MOST_NAMED else ""
+    heldout_by = f"the last blocks{named}, from {hours[until]:.4g} h on"
+    return _parts(log, log, until, until, heldout_by)
+
+
+def _parts(log: WarmLog, judge: WarmLog, until: int, first: int, heldout_by: str) -> WarmParts:
+    rows = _one_a_minute(log, until)
+    judging = first + np.flatnonzero(judge.measured[first:])
+    if rows.size < 2 or judging.size < 1:
+        found = f"{rows.size} rows that train and {judging.size} that judge"
+        raise ArgumentError(log.source, found, "some of each with every displacement")
+    return WarmParts(log=log, judge=judge, until=until, judging=judging, rows=rows, heldout_by=heldout_by)
 
 
 def _block_at(log: WarmLog, row: int) -> Floats:
     return np.asarray(np.abs(log.inputs[SPINDLE_SPEED][log.blocks.of_row == log.blocks.of_row[row]]))
 
 
-def _one_a_minute(time_s: Floats, until: int) -> Places:
-    """Return rows of the training part that are about a minute apart."""
-    steps = np.diff(time_s[:until])
+def _one_a_minute(log: WarmLog, until: int) -> Places:
+    """Return rows of the training part that are about a minute apart, with every displacement."""
+    steps = np.diff(log.time_s[:until])
     usual_s = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else PERIOD_S
-    return np.arange(0, until, max(1, round(PERIOD_S / usual_s)))
+    rows = np.arange(0, until, max(1, round(PERIOD_S / usual_s)))
+    return rows[log.measured[rows]]

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 from rtec.predictors._columns import Floats
 from rtec.predictors.warm.features import Feature
-from rtec.predictors.warm.regressor import Regressor
 from rtec.training.warm_parts import WarmParts
+from rtec.training.warm_task import Answers
 
 
 class WarmKind(Enum):
@@ -40,7 +40,7 @@ class ChannelFit:
     """
 
     features: tuple[Feature, ...] = ()
-    regressor: Regressor | None = None
+    regressor: Answers | None = None
     rms_train_um: float
     rms_blocks_um: float | None
     rms_heldout_um: float

@@ -11,7 +11,7 @@ from rtec.predictors._columns import Floats
 from rtec.predictors.fitting.warm.linear import fit_ridge
 from rtec.predictors.fitting.warm.rows import rms
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature
-from rtec.training.warm_methods import few_columns, scaled_columns, weights_of
+from rtec.training.warm_features import few_columns, scaled_columns, weights_of
 from rtec.training.warm_parts import WarmParts
 from rtec.training.warm_results import SensorRow
 from rtec.training.warm_scout import SHARES, BlockSums
@@ -25,7 +25,7 @@ def sensor_rows(parts: WarmParts) -> tuple[SensorRow, ...]:
     """Return the best set of one thermometer, of two, ... of six, and all of them; empty without a thermometer.
 
     Every set is judged by a ridge regression on its thermometers and on the heat of the spindle behind by two time
-    constants (without a speed on the thermometers behind by them), by blocks that are left out. A set grows by the
+    constants (without a speed: on the thermometers behind by them), by blocks that are left out. A set grows by the
     thermometer that helps most; then each is exchanged for another one where that helps. All is repeated without each
     block of the training part.
     """
@@ -35,9 +35,8 @@ def sensor_rows(parts: WarmParts) -> tuple[SensorRow, ...]:
     search = _Search.of(parts, names)
     sizes = range(1, min(MOST_SENSORS, len(names)) + 1)
     sets = search.grown(search.sums, sizes[-1])
-    repeats = [search.grown(search.sums.without(block), sizes[-1]) for block in range(search.sums.rows.size)]
-    if search.sums.rows.size < 3:  # without one, no block could be left out
-        repeats = []
+    blocks = range(search.sums.rows.size if search.sums.rows.size > 2 else 0)  # of two, none could be left out again
+    repeats = [search.grown(search.sums.without(block), sizes[-1]) for block in blocks]
     rows = [search.row(parts, sets[size - 1], [each[size - 1] for each in repeats]) for size in sizes]
     if len(names) > sizes[-1]:
         rows.append(search.row(parts, tuple(names), [tuple(names)] * len(repeats)))
@@ -91,7 +90,7 @@ class _Search:
             weights = weights_of(features, columns)
             fit = fit_ridge(columns, parts.outputs[name], parts.block, shares=(share,), weights=weights)
             off.append(judged - fit.regressor.predict(parts.judging_columns(features))[0])
-        hours = parts.judge.hours[parts.first :]
+        hours = parts.hours
         times = max(len(repeats), 1)
         return SensorRow(
             sensors=sensors,

@@ -239,6 +239,8 @@ def test_json_keys_are_those_of_the_commands(quiet_run, capsys, folder, json_key
         | names
     )
     found |= {"fault", "times"}  # of a row to which something happens
+    # of a machine that warms over a shift (tests/unit/study/test_study_heat.py)
+    found |= {"cold", "warm", "speed", "worst_um", "calibrations", "time_s", "mean_um", "outside_s", "outside_input"}
     assert json_keys["run"] - {"learned"} == found
     assert document["diagnosis"] == diagnosis_document(quiet_run.learned.diagnosis)
     main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])

@@ -35,6 +35,9 @@ class ColumnChoices:
         The letter of one axis, of a log that has columns of several, such as ``target_x_mm``.
     of_several
         The same is said of several files, and not every one of them has every column.
+    gaps
+        Whether temperatures, and columns of no known quantity, may lack values: these are NaN then. Else rows without
+        a temperature are left out, and a value that is not finite is refused.
     """
 
     columns: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
@@ -43,6 +46,7 @@ class ColumnChoices:
     table: int | None = None
     axis: str | None = None
     of_several: bool = False
+    gaps: bool = False
 
     def of_column(self, number: int, heading: str) -> str | None:
         """Return what a column was said to be, or None; ``number`` is counted from 1."""

@@ -42,10 +42,20 @@ class Values:
         The decimal mark, where the user states it.
     passes
         Columns of a wide table: numbers, in which a missing cell leaves out no row.
+    gaps
+        As of `ColumnChoices`.
     """
 
-    def __init__(self, table: Table, placed: Placed, decimal: str | None, passes: Sequence[int] = ()) -> None:
-        self.table, self.placed, self.passes = table, placed, passes
+    def __init__(
+        self,
+        table: Table,
+        placed: Placed,
+        decimal: str | None,
+        passes: Sequence[int] = (),
+        *,
+        gaps: bool = False,
+    ) -> None:
+        self.table, self.placed, self.passes, self.gaps = table, placed, passes, gaps
         self.notes: list[str] = []
         self.left_out: set[int] = set(placed.ignored)
         self.numbers = self._quickly(decimal)
@@ -99,6 +109,8 @@ class Values:
         """Leave out the rows that lack a reading, and columns that lack nearly all of them."""
         missing: dict[int, list[int]] = {}
         for column, (quantity, _) in self.placed.columns.items():
+            if self._may_lack(quantity) and any(_holds(cells[column]) for cells in self.rows):
+                continue
             signs = quantity == "direction" and any(cells[column] == "+" for cells in self.rows)
             rows = [row for row, cells in enumerate(self.rows) if is_missing(cells[column], signs=signs)]
             if 2 * len(rows) <= len(self.rows):
@@ -127,6 +139,10 @@ class Values:
         kept = sorted(set(range(len(self.rows))) - set(skipped))
         self.rows = [self.rows[row] for row in kept]
         self.lines = [self.lines[row] for row in kept]
+
+    def _may_lack(self, quantity: str) -> bool:
+        """Return whether values of a quantity may be missing."""
+        return self.gaps and quantity.startswith("temperature")
 
     def _refuse_gaps(self, column: int, rows: Sequence[int]) -> None:
         heading = self.table.called(column)
@@ -211,7 +227,8 @@ class Values:
         return np.array([float(told[name]) for name in names])
 
     def _inside(self, index: int, quantity: str, unit: ColumnUnit, raw: Floats) -> Floats:
-        if (outside := _outside_range(quantity, unit, raw)) is not None:
+        known = raw[np.isfinite(raw)] if self._may_lack(quantity) else raw
+        if (outside := _outside_range(quantity, unit, known)) is not None:
             row, allowed = outside
             problem = f"{self.table.called(index)} {raw[row]:g} is not valid"
             allowed += self._or_ignore(index, quantity)
@@ -227,6 +244,8 @@ class Values:
             found = number_of(cell, self.mark) if found is None else found
         else:
             found = run_of(cell) if quantity == "run" else number_of(cell, self.mark)
+        if found is None and self._may_lack(quantity) and not _holds(cell):
+            return math.nan
         if found is None:
             heading, text = self.table.called(index), str(cell)
             kind = (
@@ -269,6 +288,8 @@ class Values:
         if self.numbers is not None:
             return self.numbers[:, index].copy()
         heading = self.table.called(index)
+        if self.gaps and (with_gaps := self._with_gaps(index)) is not None:
+            return with_gaps
         for row, cells in enumerate(self.rows):
             if _is_no_number(cells[index]):
                 problem = f"{heading} {shown(str(cells[index]))} is not finite"
@@ -277,6 +298,19 @@ class Values:
         if all(value is not None for value in found):
             return np.array(found, dtype=np.float64)
         return np.array([_text(cells[index]) for cells in self.rows], dtype=np.str_)
+
+    def _with_gaps(self, index: int) -> Floats | None:
+        """Return a column of numbers with NaN where a cell holds none; None for a column of text."""
+        there = [_holds(cells[index]) for cells in self.rows]
+        found = [number_of(cells[index], self.mark) for cells in self.rows]
+        if not any(there) or any(value is None and holds for value, holds in zip(found, there, strict=True)):
+            return None
+        return np.array([math.nan if value is None else value for value in found])
+
+
+def _holds(cell: Cell) -> bool:
+    """Return whether a cell holds something: a number that is finite, or text."""
+    return not is_missing(cell) and not _is_no_number(cell)
 
 
 def _text(cell: Cell) -> str:

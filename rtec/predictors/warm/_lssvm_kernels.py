@@ -1,8 +1,8 @@
 """Compiled LS-SVM.
 
-``features, rows, landmarks, decay, bias, noise, noise share, bias weight``; centre and factor of each feature; scaled
-rows; their multipliers; where the landmarks stand among the rows; two lower triangles (of the landmarks' kernel, and
-of what the rows leave open of it) as full squares; the pull of the bias on each landmark.
+``features, rows, landmarks, decay, bias, noise, noise share, bias weight, linear``; centre, factor and slope of each
+feature; scaled rows; their multipliers; where the landmarks stand among the rows; two lower triangles (of the
+landmarks' kernel, and of what the rows leave open of it) as full squares; the pull of the bias on each landmark.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 from rtec._jit import kernel, summing_helper
 from rtec.predictors._columns import Floats
 
-HEAD = 8
+HEAD = 9
 
 
 @summing_helper
@@ -38,21 +38,25 @@ def ls_svm_answer(numbers: Floats, columns: Floats, room: Floats, sd: Floats) ->
     features, rows, landmarks = int(numbers[0]), int(numbers[1]), int(numbers[2])
     centre = numbers[HEAD : HEAD + features]
     factor = numbers[HEAD + features : HEAD + 2 * features]
-    at = HEAD + 2 * features
+    slopes = numbers[HEAD + 2 * features : HEAD + 3 * features]
+    linear, first = numbers[8], HEAD + 3 * features
+    at = first
     scaled, alike, known = room[:features], room[features : features + rows], room[features + rows :]
     for k in range(features):
         scaled[k] = (columns[k] - centre[k]) * factor[k]
     for i in range(rows):
         alike[i] = math.exp(-numbers[3] * _apart(scaled, numbers[at : at + features]))
         at += features
-    found: float = numbers[4] + _product(alike, numbers[at : at + rows])
+    found: float = numbers[4] + _product(alike, numbers[at : at + rows]) + _product(slopes, scaled)
     at += rows
     places = numbers[at : at + landmarks]
     at += landmarks
-    left, pull = 1.0, 1.0
+    left, pull = 1.0 + linear * _product(scaled, scaled), 1.0
     for i in range(landmarks):
         row = numbers[at : at + i + 1]
-        known[i] = (alike[int(places[i])] - _product(row[:i], known[:i])) / row[i]
+        place = int(places[i])
+        point = numbers[first + place * features : first + (place + 1) * features]
+        known[i] = (alike[place] + linear * _product(scaled, point) - _product(row[:i], known[:i])) / row[i]
         left -= known[i] * known[i]
         at += landmarks
     square = numbers[6] + max(left, 0.0)

@@ -10,7 +10,9 @@ from typing import Any
 from rtec._jit import helper, kernel, step, written_out
 from rtec.predictors._columns import Floats
 from rtec.predictors.warm._bayes_kernels import bayes_answer
+from rtec.predictors.warm._bayes_lssvm_kernels import bayes_ls_svm_answer
 from rtec.predictors.warm._feature_kernels import followed
+from rtec.predictors.warm._fuzzy_kernels import fuzzy_answer
 from rtec.predictors.warm._linear_kernels import linear_answer
 from rtec.predictors.warm._lssvm_kernels import ls_svm_answer
 
@@ -87,3 +89,15 @@ def warm_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> 
 def warm_bayes(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the deviation in mm that a Bayesian network predicts."""
     return answered(bayes_answer, numbers, inputs, memory, sd)
+
+
+@kernel
+def warm_fuzzy(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm that a fuzzy network predicts."""
+    return answered(fuzzy_answer, numbers, inputs, memory, sd)
+
+
+@kernel
+def warm_bayes_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm that LS-SVMs predict, weighted by a Bayesian network."""
+    return answered(bayes_ls_svm_answer, numbers, inputs, memory, sd)

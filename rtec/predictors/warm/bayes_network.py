@@ -13,7 +13,7 @@ import numpy.typing as npt
 from rtec.errors import ArgumentError, nearest, unknown
 from rtec.predictors._columns import Floats
 from rtec.predictors.warm._bayes_kernels import UNKNOWN
-from rtec.predictors.warm.elimination import Plan, plan_of
+from rtec.predictors.warm.elimination import Plan, Tables
 
 MOST_CELLS = 1 << 22
 """Of the table of one node: its states times those of all its parents."""
@@ -114,7 +114,7 @@ class BayesNetwork:
     families: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
     """Of each node the places of its parents, then its own."""
     _places: dict[str, int] = field(init=False, repr=False)
-    _tables: list[Floats] = field(default_factory=list, init=False, repr=False)
+    _tables: list[Tables] = field(default_factory=list, init=False, repr=False)
     _plans: dict[int, Plan] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -211,10 +211,14 @@ class BayesNetwork:
         goal = self.place(target)
         if goal not in self._plans:
             if not self._tables:
-                self._tables.extend(self.probabilities(node.name) for node in self.nodes)
-            states = [node.states for node in self.nodes]
-            self._plans[goal] = plan_of(states, self.families, self._tables, goal)
+                self._tables.append(self._laid_out())
+            self._plans[goal] = self._tables[0].plan(goal)
         return self._plans[goal]
+
+    def _laid_out(self) -> Tables:
+        causes = TopologicalSorter({family[-1]: family[:-1] for family in self.families})
+        states, tables = [node.states for node in self.nodes], [self.probabilities(node.name) for node in self.nodes]
+        return Tables.of(states, self.families, tables, tuple(causes.static_order()))
 
     def unseen(self, target: int, observed: Floats) -> tuple[str, ...]:
         """Return the nodes, the target or an effect of it, for which no row had what is observed.

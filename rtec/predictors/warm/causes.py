@@ -10,7 +10,7 @@ from rtec.predictors.warm.features import SPINDLE_SPEED, Feature
 OUTPUT = "output"
 """The node that is predicted."""
 ROOM_WORDS = ("room", "ambient", "air")
-"""In the name of a temperature that no part of the machine is at."""
+"""With which a part of the name of a temperature begins that no part of the machine is at."""
 
 Structure = dict[str, tuple[str, ...]]
 """Causes by the name of what they act on; the name of a feature is ``str(feature)``."""
@@ -65,7 +65,7 @@ def _causes(one: Feature, features: Sequence[Feature]) -> list[Feature]:
 
 def is_room(feature: Feature) -> bool:
     """Return whether a feature is a temperature of the room."""
-    return feature.of != SPINDLE_SPEED and any(word in feature.of.removeprefix("temperature_") for word in ROOM_WORDS)
+    return any(part.startswith(ROOM_WORDS) for part in feature.of.split("_")[1:] if feature.of != SPINDLE_SPEED)
 
 
 def with_stated(known: Structure, stated: Mapping[str, Sequence[str]]) -> Structure:

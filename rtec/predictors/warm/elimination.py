@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
-from rtec.predictors.warm._bayes_kernels import FACTOR_RESULT, FACTOR_TABLE, HEAD, posteriors
+from rtec.predictors.warm._bayes_kernels import FACTORS, HEAD, SCOPE, least_weight, posteriors
 
 MOST_ROOM = 1 << 24
 """Numbers that the results of all steps may take."""
-NOTHING = -1
-"""What the last step sums over: it multiplies all that is left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,92 +44,93 @@ class Plan:
         return found
 
 
-class _Factor(NamedTuple):
-    """A table: the nodes it depends on, and as a step tells it (place, number of nodes, each with its stride)."""
-
-    scope: set[int]
-    kind: int
-    told: list[int]
-    size: int
-
-
-def _factor(kind: int, place: int, scope: Sequence[int], states: Sequence[int]) -> _Factor:
-    told, stride = [], 1
-    for i in reversed(scope):
-        told += [stride, i]
-        stride *= states[i]
-    return _Factor(set(scope), kind, [place, len(scope), *reversed(told)], stride)
-
-
-def plan_of(
-    states: Sequence[int], families: Sequence[tuple[int, ...]], tables: Sequence[Floats], target: int
-) -> Plan:
-    """Return the plan for a target.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Tables:
+    """States, families and tables of a network as plans of all targets hold them.
 
     Parameters
     ----------
+    numbers
+        A plan without a target and an order.
     states
         Of each node.
-    families
-        Nodes that the table of each node depends on, as its axes stand.
-    tables
-        Conditional probabilities, an axis for each node of the family.
-    target
-        Whose probabilities are asked for.
-
-    Raises
-    ------
-    ArgumentError
-        The tables between the steps would be too large.
-
-    Notes
-    -----
-    Variables are eliminated in the order of least weight: next comes the node whose sum leaves the smallest table.
-    The steps are those without any evidence. What is observed counts as one state when the plan is carried out, so
-    that tables shrink and never grow.
-
-    References
-    ----------
-    Koller and Friedman, Probabilistic Graphical Models (2009), sections 9.3 and 9.4.3.
+    scopes
+        On which nodes each family depends, shape (nodes, nodes).
     """
-    live, end = [], HEAD + len(states)
-    for family in families:
-        live.append(_factor(FACTOR_TABLE, end, family, states))
-        end += live[-1].size
-    order = [*_least_weight(states, [factor.scope for factor in live], target), NOTHING]
-    steps: list[int] = []
-    room = 2 * len(states)
-    for summed in order:
-        used = [factor for factor in live if summed in factor.scope] if summed != NOTHING else live
-        scope = set().union(*(factor.scope for factor in used)) - {summed}
-        result = _factor(FACTOR_RESULT, room + 1, sorted(scope), states)
-        room += 1 + result.size
-        if room > MOST_ROOM:
+
+    numbers: Floats
+    states: Floats
+    scopes: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(
+        cls,
+        states: Sequence[int],
+        families: Sequence[tuple[int, ...]],
+        tables: Sequence[Floats],
+        order: Sequence[int],
+    ) -> Tables:
+        """Lay them out.
+
+        Parameters
+        ----------
+        states
+            Of each node.
+        families
+            Nodes that the table of each node depends on, as its axes stand, the node itself last.
+        tables
+            Conditional probabilities, an axis for each node of the family.
+        order
+            All nodes, causes before their effects.
+        """
+        nodes = len(states)
+        scopes = np.zeros((nodes, nodes), dtype=np.bool_)
+        places: list[int] = []
+        told: list[int] = []
+        begin = HEAD + 3 * nodes - 1
+        end = begin + sum(2 + 2 * len(family) for family in families)
+        for node in order:
+            family = families[node]
+            scopes[node, list(family)] = True
+            places.append(begin + len(told))
+            told += [end, len(family)]
+            stride = tables[node].size
+            for i in family:
+                stride //= states[i]
+                told += [i, stride]
+            end += tables[node].size
+        head = [nodes, 0, 0, *states, *places, *([0] * (nodes - 1)), *told]
+        numbers = np.concatenate([head, *(tables[node].ravel() for node in order)])
+        return cls(numbers=numbers, states=np.array(states, dtype=np.float64), scopes=scopes)
+
+    def plan(self, target: int) -> Plan:
+        """Return the plan for a target.
+
+        Raises
+        ------
+        ArgumentError
+            The results of the steps would be too large.
+
+        Notes
+        -----
+        Nodes are summed over in the order of least weight, which is found without any evidence. When the plan is
+        carried out, what is observed is no variable any more, and what the target does not depend on is left out:
+        each result depends on some of the nodes that it depends on without evidence, and never on others.
+
+        References
+        ----------
+        Koller and Friedman 2009, sections 9.3 and 9.4.3; 3.3 for what does not matter.
+        """
+        nodes = self.states.size
+        scopes = np.zeros((2 * nodes, nodes), dtype=np.bool_)
+        scopes[:nodes] = self.scopes
+        numbers, found = self.numbers.copy(), np.empty(2)
+        order = numbers[HEAD + 2 * nodes : HEAD + 3 * nodes - 1]
+        least_weight(self.states, scopes, target, np.empty(nodes), order, found)
+        if found[1] > MOST_ROOM:
             allowed = f"fewer states, or nodes with fewer parents: at most {MOST_ROOM:g} numbers between the steps"
-            raise ArgumentError("network", f"{len(states)} nodes of up to {max(states)} states", allowed)
-        steps += [summed, *result.told, len(used)]
-        for factor in used:
-            steps += [factor.kind, *factor.told]
-        live = [factor for factor in live if summed not in factor.scope] + [result]
-    head = [len(states), len(order), end, *states]
-    numbers = np.concatenate([head, *(table.ravel() for table in tables), steps])
-    return Plan(numbers=numbers, room=room, states=states[target])
-
-
-def _least_weight(states: Sequence[int], scopes: Sequence[set[int]], target: int) -> list[int]:
-    """Return all nodes but the target, the one whose sum leaves the smallest table first."""
-    left, order = set(range(len(states))) - {target}, []
-    weights: dict[int, int] = {}
-    joined: dict[int, set[int]] = {}
-    while left:
-        for i in left - weights.keys():
-            joined[i] = set().union(*(scope for scope in scopes if i in scope))
-            weights[i] = math.prod([states[j] for j in joined[i]])
-        summed = min(left, key=lambda i: (weights[i], i))
-        scope = joined[summed] - {summed}
-        scopes = [*(one for one in scopes if summed not in one), scope]
-        left.remove(summed)
-        order.append(summed)
-        for i in scope:
-            weights.pop(i, None)
-    return order
+            raise ArgumentError("network", f"{nodes} nodes of up to {int(self.states.max())} states", allowed)
+        width = max(int(found[0]), int(self.scopes.sum(axis=1).max()))
+        numbers[1], numbers[2] = target, width
+        room = (FACTORS + 2 * (SCOPE + 2 * width)) * nodes + int(found[1])
+        return Plan(numbers=numbers, room=room, states=int(self.states[target]))

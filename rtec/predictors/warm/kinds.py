@@ -30,7 +30,9 @@ class KeptRegressor(Regressor, Protocol):
 REGRESSORS: Mapping[str, tuple[str, str, Callable[..., float]]] = MappingProxyType({
     "linear": ("linear", "Linear", kernels.warm_linear),
     "ls-svm": ("lssvm", "LsSvm", kernels.warm_ls_svm),
+    "fuzzy": ("fuzzy", "Fuzzy", kernels.warm_fuzzy),
     "bayes": ("bayes", "BayesRegressor", kernels.warm_bayes),
+    "bayes-ls-svm": ("bayes_lssvm", "BayesLsSvm", kernels.warm_bayes_ls_svm),
 })  # fmt: skip
 """By the kind that a file states: module and class, loaded when a file asks for them, as some take scipy along; and
 the compiled model."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,13 +20,15 @@ MOST_LANDMARKS = 96
 """Rows by which the standard deviation is told."""
 KNOWN = 1e-6
 """Variance, as a share of the prior one, at which a row is told by the landmarks before it."""
+LEAST = 1e-9
+"""Width and gamma."""
 AT_ONCE = 1 << 21
 """Kernel values that are computed at once."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LsSvm:
-    """A sum of Gaussian bells around the rows of the training, and a bias.
+    """A sum of Gaussian bells around the rows of the training, perhaps a slope, and a bias.
 
     Raises
     ------
@@ -35,8 +37,9 @@ class LsSvm:
 
     Notes
     -----
-    ``f(x) = sum_i alpha_i K(x, x_i) + b`` with ``K(x, z) = exp(-abs(x - z) ** 2 / (2 width ** 2))`` of scaled
-    columns (Yao et al. 2013, equation 6).
+    ``f(x) = sum_i alpha_i K(x, x_i) + b`` with ``K(x, z) = exp(-abs(x - z) ** 2 / (2 width ** 2)) + linear * x'z`` of
+    scaled columns (Yao et al. 2013, equation 6, who do not name their kernel). What the linear parts add up to is
+    kept as slopes. Far from all rows the bells are silent, and the slopes go on.
 
     The standard deviation is that of the Gaussian process with the same mean, a bias of which nothing is known
     before, and a variance of the noise of ``noise_sd ** 2 / gamma``. It is computed from the landmarks: rows taken
@@ -70,30 +73,41 @@ class LsSvm:
     alpha: Floats
     """Shape (rows,)."""
     bias: float
+    slopes: Floats = field(default_factory=lambda: np.zeros(0))
+    """Of scaled columns, shape (features,); empty: none."""
     noise_sd: float = 0.0
-    """Standard deviation before anything is measured; 0: not known."""
+    """Standard deviation of the bells before anything is measured; 0: not known."""
+    linear: float = 0.0
+    """Weight of the linear kernel against the bells."""
 
     def __post_init__(self) -> None:
-        centre, per_unit, points, alpha = (
-            np.asarray(getattr(self, name), dtype=np.float64) for name in ("centre", "per_unit", "points", "alpha")
-        )
-        if centre.ndim != 1 or not centre.size or per_unit.shape != centre.shape:
-            raise ArgumentError("per_unit", f"an array of shape {per_unit.shape}", f"one for each of {centre.size}")
-        if alpha.ndim != 1 or not alpha.size or points.shape != (alpha.size, centre.size):
-            allowed = f"shape ({alpha.size}, {centre.size}), a row for each alpha and a column for each feature"
-            raise ArgumentError("points", f"an array of shape {points.shape}", allowed)
-        for name, value in (("width", self.width), ("gamma", self.gamma)):
-            if not 0.0 < value < np.inf:
-                raise ArgumentError(name, value, "a finite number above 0")
-        if not all(np.isfinite(part).all() for part in (centre, per_unit, points, alpha, self.bias, self.noise_sd)):
-            raise ArgumentError("points", "a number that is not finite", "finite numbers")
-        for name, array in (("centre", centre), ("per_unit", per_unit), ("points", points), ("alpha", alpha)):
+        features, rows = np.size(self.centre), np.size(self.alpha)
+        if not np.size(self.slopes):
+            object.__setattr__(self, "slopes", np.zeros(features))
+        one = (features,)
+        shapes = {"centre": one, "per_unit": one, "slopes": one, "alpha": (rows,), "points": (rows, features)}
+        for name, shape in shapes.items():
+            array = np.asarray(getattr(self, name), dtype=np.float64)
+            if array.shape != shape or not array.size:
+                raise ArgumentError(name, f"an array of shape {array.shape}", f"shape {shape}, and none of them 0")
+            if not np.isfinite(array).all():
+                raise ArgumentError(name, "a number that is not finite", "finite numbers")
             object.__setattr__(self, name, array)
+        for name, least in (
+            ("width", LEAST),
+            ("gamma", LEAST),
+            ("noise_sd", 0.0),
+            ("linear", 0.0),
+            ("bias", -np.inf),
+        ):
+            value = getattr(self, name)
+            if not (value >= least and np.isfinite(value)):
+                raise ArgumentError(name, value, f"a finite number of at least {least:g}")
 
     @property
     def parameters(self) -> int:
-        """A multiplier for each row, and the bias."""
-        return self.alpha.size + 1
+        """A multiplier for each row, the bias, and slopes that are not zero."""
+        return self.alpha.size + 1 + int(np.count_nonzero(self.slopes))
 
     def predict(self, columns: Floats) -> tuple[Floats, Floats]:
         """Return output and standard deviation, shape (rows,) each, of columns, shape (rows, features)."""
@@ -103,13 +117,13 @@ class LsSvm:
         for first in range(0, len(scaled), at_once):
             part = slice(first, first + at_once)
             alike = kernel_between(scaled[part], self.points, self.width)
-            found[part] = alike @ self.alpha + self.bias
-            sd[part] = self._known.sd(alike, self.noise_sd) if self.noise_sd else 0.0
+            found[part] = alike @ self.alpha + scaled[part] @ self.slopes + self.bias
+            sd[part] = self.noise_sd * self._known.sd(scaled[part], alike) if self.noise_sd else 0.0
         return found, sd
 
     @functools.cached_property
     def _known(self) -> _Known:
-        return _Known.of(self.points, self.width, self.gamma)
+        return _Known.of(self.points, self.width, self.linear, self.gamma)
 
     @property
     def function(self) -> Callable[..., float]:
@@ -122,9 +136,10 @@ class LsSvm:
         """A new array; its layout stands in ``_lssvm_kernels.py``."""
         known = self._known
         sizes = [float(n) for n in (self.centre.size, self.alpha.size, known.places.size)]
-        head = [*sizes, 0.5 / self.width**2, self.bias, self.noise_sd, 1.0 / self.gamma, known.bias_weight]
+        head = [*sizes, 0.5 / self.width**2, self.bias, self.noise_sd, known.noise, known.bias_weight, self.linear]
         triangles = [known.places.astype(np.float64), known.root.ravel(), known.left.ravel(), known.pull]
-        return np.concatenate([head, self.centre, self.per_unit, self.points.ravel(), self.alpha, *triangles])
+        columns = [self.centre, self.per_unit, self.slopes]
+        return np.concatenate([head, *columns, self.points.ravel(), self.alpha, *triangles])
 
     @property
     def room(self) -> int:
@@ -142,7 +157,9 @@ class LsSvm:
             "points": self.points.ravel().tolist(),
             "alpha": self.alpha.tolist(),
             "bias": float(self.bias),
+            "slopes": self.slopes.tolist(),
             "noise_sd": float(self.noise_sd),
+            "linear": float(self.linear),
         }
 
     @classmethod
@@ -163,7 +180,9 @@ class LsSvm:
             points=_plain.array(plain, "points", centre.size * alpha.size).reshape(alpha.size, centre.size),
             alpha=alpha,
             bias=_plain.number(plain, "bias"),
+            slopes=_plain.array(plain, "slopes", centre.size),
             noise_sd=_plain.number(plain, "noise_sd"),
+            linear=_plain.number(plain, "linear"),
         )
 
 
@@ -183,6 +202,9 @@ class _Known:
     """What the rows of a training tell about any other row, by a few landmarks among them."""
 
     places: npt.NDArray[np.int64]
+    points: Floats
+    """Of the landmarks."""
+    linear: float
     root: Floats
     """Lower Cholesky factor of the landmarks' kernel."""
     left: Floats
@@ -195,8 +217,8 @@ class _Known:
     """Variance of the noise in the same units."""
 
     @classmethod
-    def of(cls, points: Floats, width: float, gamma: float) -> _Known:
-        places, columns = _landmarks(points, width)
+    def of(cls, points: Floats, width: float, linear: float, gamma: float) -> _Known:
+        places, columns = _landmarks(points, width, linear)
         inner = cholesky(np.eye(places.size) + gamma * (columns.T @ columns), lower=True)
         left = solve_triangular(inner, np.eye(places.size), lower=True)
         total = columns.sum(axis=0)
@@ -204,6 +226,8 @@ class _Known:
         open_part = np.ones(len(points)) - columns @ pull  # gamma times this: the inverse of the kernel, times 1
         return cls(
             places=places,
+            points=points[places],
+            linear=linear,
             root=np.tril(columns[places]),
             left=np.tril(left),
             pull=pull,
@@ -211,25 +235,29 @@ class _Known:
             noise=1.0 / gamma,
         )
 
-    def sd(self, alike: Floats, noise_sd: float) -> Floats:
-        """Return standard deviations from the kernel with all rows, shape (rows asked, rows of the training)."""
-        known = solve_triangular(self.root, alike[:, self.places].T, lower=True)
-        square = self.noise + np.maximum(1.0 - np.square(known).sum(axis=0), 0.0)
+    def sd(self, asked: Floats, alike: Floats) -> Floats:
+        """Return standard deviations in units of the prior one, of scaled rows and their bells with all rows."""
+        whole = alike[:, self.places] + self.linear * (asked @ self.points.T)
+        known = solve_triangular(self.root, whole.T, lower=True)
+        prior = 1.0 + self.linear * np.square(asked).sum(axis=1)
+        square = self.noise + np.maximum(prior - np.square(known).sum(axis=0), 0.0)
         square += np.square(self.left @ known).sum(axis=0) + np.square(1.0 - self.pull @ known) / self.bias_weight
-        found: Floats = noise_sd * np.sqrt(square)
+        found: Floats = np.sqrt(square)
         return found
 
 
-def _landmarks(points: Floats, width: float) -> tuple[npt.NDArray[np.int64], Floats]:
+def _landmarks(points: Floats, width: float, linear: float) -> tuple[npt.NDArray[np.int64], Floats]:
     """Return where landmarks stand, and the pivoted Cholesky factor of the kernel, shape (rows, landmarks)."""
     most = min(MOST_LANDMARKS, len(points))
     columns, places = np.zeros((len(points), most)), np.zeros(most, dtype=np.int64)
-    open_part = np.ones(len(points))
+    open_part = 1.0 + linear * np.square(points).sum(axis=1)
+    least = KNOWN * open_part.max()
     for k in range(most):
         at = int(np.argmax(open_part))
-        if open_part[at] < KNOWN:
+        if open_part[at] < least:
             return places[:k], columns[:, :k]
-        column = kernel_between(points, points[at : at + 1], width)[:, 0] - columns[:, :k] @ columns[at, :k]
+        column = kernel_between(points, points[at : at + 1], width)[:, 0] + linear * (points @ points[at])
+        column -= columns[:, :k] @ columns[at, :k]
         columns[:, k] = column / np.sqrt(open_part[at])
         open_part -= np.square(columns[:, k])
         open_part[at] = 0.0

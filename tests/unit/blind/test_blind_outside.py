@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtec.blind.axis_run import measure
-from rtec.blind.circumstances import Circumstances, simulate_air
+from rtec.blind.circumstances import Circumstances, simulate_air, simulate_heat
 from rtec.blind.drawn_plans import drawn_plan
 from rtec.blind.outside import KINDS
 from rtec.blind.plan import draw_course
@@ -24,7 +24,10 @@ def circumstances(seed, targets, runs):
     course = draw_course(plan, rng)
     measured = measure(course, NoError())
     return Circumstances(
-        course=course, measured=measured, temperature_degc=np.zeros(course.run.size), air=simulate_air(course, rng)
+        course=course,
+        measured=measured,
+        heat=simulate_heat(course, measured.time_s, rng),
+        air=simulate_air(course, rng),
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from encoder_disc_oracle import deviations
 
-from rtec.blind.circumstances import first_order
+from rtec.blind.circumstances import simulate_heat
 from rtec.blind.draws import Draw, stream
 from rtec.blind.game import play
 from rtec.blind.plan import PITCH_MM, PLANS, draw_course
@@ -74,17 +74,24 @@ def test_a_warm_up_is_a_first_order_approach():
     assert what == pytest.approx(numbers["final"] * 1e-3 * rest, abs=RESOLUTION_MM + 1e-5 * abs(numbers["final"]))
 
 
-def test_what_follows_in_first_order_does_so():
-    time_s = np.linspace(0.0, 500.0, 51)
-    rising = first_order(time_s, 30.0, lambda _: 2.0, 0.5)
-    assert rising == pytest.approx(2.0 - 1.5 * np.exp(-time_s / 30.0), abs=2e-4)
-    waved = first_order(time_s, 30.0, lambda t: math.sin(t / 40.0), 0.0)
-    step = 0.005
-    z, fine = 0.0, [0.0]
-    for k in range(int(500 / step)):
-        z += step * (math.sin((k + 0.5) * step / 40.0) - z) / 30.0
+def test_an_axis_heated_in_every_other_run_is_a_body_of_one_time_constant():
+    course = draw_course(PLANS["temperature"], np.random.default_rng(4))
+    time_s = 30.0 + 12.5 * np.arange(course.run.size)
+    found = simulate_heat(course, time_s, np.random.default_rng(9))
+    rng = np.random.default_rng(9)  # the same draws again
+    room, rise = 20.0 + rng.uniform(-0.5, 0.5), rng.uniform(7.0, 11.0)
+    runs = int(course.run[-1])
+    hot = np.arange(runs) % 2 == rng.integers(2)
+    tau_s = rng.uniform(0.4, 0.8) * time_s[-1] / runs
+    ends = [time_s[course.run == run][-1] for run in range(1, runs + 1)]
+    step = 0.05
+    z, fine = room + (0.0 if hot[0] else 0.7 * rise), []
+    for k in range(int(time_s[-1] / step) + 2):
         fine.append(z)
-    assert waved == pytest.approx(np.interp(time_s, np.arange(len(fine)) * step, fine), abs=2e-4)
+        run = sum(end <= (k + 0.5) * step for end in ends[:-1])
+        z += step * (room + rise * hot[run] - z) / tau_s
+    expected = np.interp(time_s, np.arange(len(fine)) * step, fine)
+    assert [found.at("axis", t) for t in time_s] == pytest.approx(expected.tolist(), abs=2e-3)
 
 
 def test_lost_counts_are_whole_and_stay_lost():

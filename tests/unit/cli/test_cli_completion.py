@@ -17,6 +17,8 @@ from rtec.effects.library import OF_LOOP
 from rtec.training import all_methods
 from rtec.training.dynamic_methods import dynamic_methods
 from rtec.training.dynamic_results import DynamicKind
+from rtec.training.warm_methods import warm_methods
+from rtec.training.warm_results import WarmKind
 from rtec.verify.safety.phases import Phase, hyphened
 from rtec.verify.safety.variants import VARIANTS
 
@@ -32,6 +34,7 @@ def offered(verb, name):
     return [item.value for item in parameter.shell_complete(typer.Context(GROUP), "")]
 
 
+WARM = [one for one in warm_methods() if one.kind is not WarmKind.NONE]
 MOTION = [one for one in dynamic_methods() if one.kind is not DynamicKind.NONE]
 
 
@@ -41,7 +44,11 @@ MOTION = [one for one in dynamic_methods() if one.kind is not DynamicKind.NONE]
         ("effects", "name", [effect.name for effect in (*LIBRARY, *OF_LOOP)]),
         ("run", "processor", list(MICROCONTROLLERS)),
         ("blind new", "plan", list(PLANS)),
-        ("train", "pick", [one.name.replace(" ", "-") for one in (*all_methods(several_axes=True)[1:], *MOTION)]),
+        (
+            "train",
+            "pick",
+            [one.name.replace(" ", "-") for one in (*all_methods(several_axes=True)[1:], *MOTION, *WARM)],
+        ),
         ("safety", "fault", list(dict.fromkeys(hyphened(one.name.split(",")[0]) for one in VARIANTS))),
         ("safety", "phase", [hyphened(phase.value) for phase in Phase]),
         ("simulate", "motion", [kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME]),

@@ -7,6 +7,9 @@ import pytest
 from rtec.predictors import BidirectionalTable
 from rtec.predictors.layered import LayeredNetwork, TrainedNetworks
 from rtec.predictors.predictor_file import KnownPredictor, write_predictor
+from rtec.predictors.warm.features import Feature
+from rtec.predictors.warm.linear import Linear
+from rtec.predictors.warm.warm_model import WarmModel
 
 VERB = "export"
 
@@ -74,7 +77,7 @@ def test_a_model_without_a_range_takes_that_of_its_maps_or_asks(here, said):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["m.toml"], "--linuxcnc F.comp, --csv F.csv or --c F.c"),
+        (["m.toml"], "--linuxcnc, --sinumerik, --heidenhain, --csv or --c with a file, or --gcode PART.nc -o OUT.nc"),
         (["m.toml", "--csv", "m.toml"], "m.toml exists"),
         (["m.toml", "--csv", "z.csv", "--from", "400 mm"], "--from: 400 mm"),
         (["m.toml", "--csv", "z.csv", "--to", "300"], "unit"),
@@ -158,3 +161,156 @@ def test_a_bad_predictor_file_is_one_line_and_2(trained, said, change, words, sa
     assert (code, out) == (2, "")
     assert err.count("\n") == 1 and says in err
     assert not (trained / "z.c").exists() and not (trained / "z.csv").exists()
+
+
+# models of heat
+
+
+WARM = """
+[[effect]]
+name = "thermal_growth"
+sensor = "temperature_screw"
+expansion = "10 um/m/K"
+[[effect]]
+name = "warm_up"
+time_constant = "20 min"
+final = "20 um"
+"""
+
+
+@pytest.fixture
+def warm(here):
+    (here / "w.toml").write_text(MODEL.replace('[[effect]]\nname = "drift"\nrate = "2 um/h"\n', "") + WARM)
+    return here
+
+
+@pytest.mark.parametrize(
+    "written", [("--csv", "z.csv"), ("--c", "z.c"), ("--sinumerik", "z.spf"), ("--linuxcnc", "z")]
+)
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "--temperature is missing; give screw=22degC: thermal_growth"),
+        (["--temperature", "screw=25degC"], "--at is missing"),
+        (["--at", "1 h", "--temperature", "scrw=25degC"], "scrw is not valid"),
+        (["--at", "1 h", "--temperature", "screw=25"], "a thermometer and its temperature, such as screw=22degC"),
+        (["--at", "1 h", "--temperature", "screw=25degC", "--temperature", "SCREW=26degC"], "screw twice"),
+        (["--at", "-1 h", "--temperature", "screw=25degC"], "--at"),
+        (["--at", "60", "--temperature", "screw=25degC"], "unit"),
+    ],
+)
+def test_a_model_of_heat_is_not_exported_without_its_warmth(warm, said, written, words, says):
+    code, out, err = said("w.toml", *written, *words)
+    assert (code, out) == (2, "")
+    assert says in err and err.count("\n") == 1
+    assert not (warm / written[1]).exists()
+
+
+@pytest.mark.parametrize("temperature", ["screw=25degC", "temperature_screw = 77 degF", "screw=298.15K"])
+def test_a_table_is_that_of_its_warmth(warm, said, temperature):
+    code, out, _ = said("w.toml", "--csv", "z.csv", "--at", "20 min", "--temperature", temperature)
+    assert code == 0 and "screw at 25 degC, 20 min after it was switched on" in out
+    lines = (warm / "z.csv").read_text().splitlines()
+    assert "# warmth: screw at 25 degC, 20 min after it was switched on" in lines
+    first, last = (list(map(float, line.split(","))) for line in (lines[3], lines[-1]))
+    warmed = 20.0 * (1 - 2.718281828459045**-1)
+    assert first[1:] == pytest.approx([warmed - 7.0, warmed + 7.0], abs=2e-3)
+    assert last[1:] == pytest.approx([warmed - 7.0 + 15.0, warmed + 7.0 + 15.0], abs=2e-3)
+
+
+def test_where_nothing_is_warm_a_temperature_means_nothing(here, said):
+    code, _, err = said("m.toml", "--csv", "z.csv", "--temperature", "screw=20degC")
+    assert code == 2 and "--temperature means nothing for m.toml" in err
+
+
+@pytest.fixture
+def shift(here):
+    model = WarmModel(
+        features=(Feature(of="temperature_nose"), Feature(of="spindle_speed", lag_s=600.0, heat=True)),
+        regressor=Linear(centre=[20.0, 0.0], intercept=0.0, slopes=[4.0, 1.0]),
+        observe="z",
+        sign=-1,
+        ranges={"temperature_nose": (15.0, 30.0)},
+    )
+    write_predictor(here / "s.toml", KnownPredictor(predictor=model, name="nose", axis=3))
+    return here
+
+
+HOT = ("--temperature", "nose=22degC", "--spindle", "1000rpm")
+
+
+def test_a_model_without_positions_is_the_same_everywhere(shift, said):
+    code, out, err = said("s.toml", *HOT, "--sinumerik", "z.spf", "--csv", "z.csv", "--from", "0mm", "--to", "9mm")
+    assert code == 0
+    assert "$SA_TEMP_COMP_ABS_VALUE[AX3]=-0.009000" in (shift / "z.spf").read_text().splitlines()
+    assert (shift / "z.csv").read_text().splitlines()[-2:] == ["0.000000,-9.000,-9.000", "9.000000,-9.000,-9.000"]
+    assert "thermal shift of AX3, nose at 22 degC, spindle at 1000 rpm: -9 µm" in out
+    assert "nose knows no positions: -9 µm everywhere" in err
+
+
+def test_its_spindle_may_have_run_for_a_while(shift, answer):
+    (one,) = answer("s.toml", *HOT, "--at", "10 min", "--sinumerik", "z.spf")["tables"]
+    assert one["shift_um"] == pytest.approx(-8.0 - (1 - 2.718281828459045**-1))
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--temperature", "nose=22degC"), "--spindle is missing; give 3000rpm: nose follows it"),
+        (("--spindle", "1000rpm"), "--temperature is missing; give nose=22degC"),
+        (("--temperature", "nose=31degC", "--spindle", "1000rpm"), "temperature_nose of nose: 31"),
+        (("--temperature", "nase=22degC", "--spindle", "1000rpm"), "did you mean 'nose'"),
+        ((*HOT, "--csv", "z.csv"), "--from is missing"),
+    ],
+)
+def test_what_it_follows_has_to_be_known(shift, said, words, says):
+    code, _, err = said("s.toml", *words, *(() if "--csv" in words else ("--sinumerik", "z.spf")))
+    assert code == 2 and says in err and err.count("\n") == 1
+
+
+# controls and programs
+
+
+def test_tables_of_controls_say_the_error_that_is_left(here, answer):
+    words = ["m.toml", "--sinumerik", "z.spf", "--heidenhain", "Z.COM", "--axis", "z", "--within", "0.5um"]
+    sinumerik, heidenhain = answer(*words)["tables"]
+    assert (sinumerik["axis"], heidenhain["axis"]) == ("AX3", "Z")
+    assert sinumerik["left_max_um"] == pytest.approx(7.0, abs=0.51)  # half of the reversal error
+    assert heidenhain["left_max_um"] < 0.6
+    assert (here / "Z.COM").read_text().startswith("BEGIN Z.COM MM\nNR   AXISPOS       BACKLASH      Z\n0    +0.0000")
+
+
+def test_a_program_is_corrected(here, answer, said):
+    (here / "part.nc").write_text("G0 X10\nG1 X20 F100\nX10\nX400\n")
+    words = ["m.toml", "--gcode", "part.nc", "-o", "out.nc", "--zero", "5 mm"]
+    (program,) = answer(*words)["tables"]
+    assert (program["moves"], program["moves_outside"], program["axis"]) == (4, 1, "X")
+    assert program["left_max_um"] < 0.3 and program["before_max_um"] > 5.0
+    head = (here / "out.nc").read_text().splitlines()[:2]
+    assert head[0] == "(Positions of X corrected by rtec for the errors of m.toml)"
+    code, out, err = said(*words, "--force")
+    assert code == 0 and out.startswith("out.nc: 4 moves of X corrected for m.toml; ")
+    assert "1 moves end outside of 0 to 300 mm" in err and "drift is not in the table" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--gcode", "part.nc"], "--gcode needs -o OUT.nc"),
+        (["-o", "out.nc"], "-o needs --gcode PART.nc"),
+        (["--gcode", "none.nc", "-o", "out.nc"], "none.nc: there is no such file"),
+        (["--gcode", "part.nc", "-o", "part.nc", "--force"], "another file than the program itself"),
+        (["--gcode", "part.nc", "-o", "part.nc"], "part.nc exists"),
+        (["--gcode", "part.nc", "-o", "out.nc", "--axis", "a"], "--axis: a"),
+        (["--gcode", "part.nc", "-o", "out.nc", "--resolution", "1 mm"], "--resolution: 1 mm"),
+        (["--gcode", "part.nc", "-o", "no/out.nc"], "no"),
+        (["--sinumerik", "z.spf", "--axis", "spindle"], "--axis"),
+        (["--heidenhain", "z.com", "--axis", "AX1"], "--axis"),
+    ],
+)
+def test_bad_words_of_programs_and_controls(here, said, words, says):
+    (here / "part.nc").write_text("G0 X10\n")
+    code, out, err = said("m.toml", *words)
+    assert (code, out) == (2, "")
+    assert says in err and err.count("\n") == 1
+    assert (here / "part.nc").read_text() == "G0 X10\n" and not (here / "out.nc").exists()

@@ -54,6 +54,61 @@ def test_a_table_is_corrected(capsys, box, tmp_path):
     assert station.view.inserted_counts == 12
 
 
+@pytest.fixture
+def warm(tmp_path):
+    """The file of a model: 4 µm for each kelvin of the nose above 20 degC, trained up to 30 degC."""
+    import numpy as np
+
+    from rtec.predictors import KnownPredictor, write_predictor
+    from rtec.predictors.warm.features import Feature
+    from rtec.predictors.warm.linear import Linear
+    from rtec.predictors.warm.warm_model import WarmModel
+
+    nose = "temperature_nose"
+    line = Linear(centre=np.array([20.0]), intercept=0.0, slopes=np.array([4.0]))
+    model = WarmModel(features=(Feature(of=nose),), regressor=line, observe="z", ranges={nose: (15.0, 30.0)})
+    write_predictor(tmp_path / "warm.toml", KnownPredictor(predictor=model, name="nose"))
+    return tmp_path / "warm.toml"
+
+
+@pytest.mark.parametrize(("degc", "steps", "held"), [("23", 3, False), ("31", 0, True)])
+def test_a_model_of_temperatures_is_followed_within_what_it_was_trained_for(capsys, box, warm, degc, steps, held):
+    heat = warm.with_name("heat.csv")
+    heat.write_text(f"time_s,temperature_nose_degc\n0,20\n1,{degc}\n")
+    channel, station = box
+    words = ["--model", str(warm), "--heat", str(heat), "--duration", "2s"]
+    code, report, _ = run_pc(capsys, *on(channel), *words)
+    assert (code == 1) is held
+    assert report["axes"][0]["completed"] == steps
+    assert station.view.inserted_counts == 4 * steps
+
+
+@pytest.mark.parametrize(
+    ("heat", "says"),
+    [
+        (None, "--heat is missing; give a file with temperature_nose, which the model of z follows"),
+        ("time_s,temperature_nase_degc\n", "did you mean 'temperature_nose'|temperature_nase"),
+        ("time_s\n", "the headings 'time_s'"),
+    ],
+)
+def test_a_model_of_temperatures_needs_its_thermometers(capsys, warm, heat, says):
+    import re
+
+    words = ["pc", "--model", str(warm)]
+    if heat is not None:
+        warm.with_name("heat.csv").write_text(heat)
+        words += ["--heat", str(warm.with_name("heat.csv"))]
+    assert main(words) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and re.search(says, err)
+
+
+def test_thermometers_without_a_model_of_them_mean_nothing(capsys, table):
+    table.with_name("heat.csv").write_text("temperature_nose_degc\n20\n")
+    assert main(["pc", "--table", str(table), "--heat", str(table.with_name("heat.csv"))]) == 2
+    assert "--heat needs --model of a warm machine" in capsys.readouterr().err
+
+
 def test_with_caution_no_more_is_asked_for_than_the_interval_supports(capsys, box, tmp_path):
     """Of 12 ± 5 µm, 7 µm are sure: two steps of 4 counts."""
     from rtec.predictors import KnownPredictor, UnidirectionalTable, write_predictor

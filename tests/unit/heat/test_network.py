@@ -214,7 +214,12 @@ def test_temperatures_without_limit_are_refused():
         bearings=(bearing,),
     )
     duty = Duty((Piece(duration_s=36000.0, spindle_rpm=10_000.0),))
-    with pytest.raises(ArgumentError, match=r"^preload_n_k: temperatures grow without limit"):
+    with pytest.raises(ArgumentError, match=r"^node a rises above 1000 degC; use less heat"):
         network.run(duty, start_degc={"a": 25.0})
+    glowing = Network(
+        nodes=(Node(name="a", capacity_j_k=10.0),), links=(Link(a="a", standing_w_k=0.02),), losses=(HEATER,)
+    )
+    with pytest.raises(ArgumentError, match=r"^node a rises above 1000 degC"):
+        glowing.run(heated(1000.0))
     with pytest.raises(ArgumentError, match=r"^start_degc: 'c' is not a node"):
         network.run(duty, start_degc={"c": 25.0})

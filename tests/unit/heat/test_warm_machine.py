@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError
-from rtec.heat import Duty, Piece, Room, Thermometer, warm_machine
+from rtec.heat import Duty, Growth, Piece, Room, Thermometer, WarmMachine, warm_machine
 from rtec.heat.machines import MASSES_KG
 
 PAPER = Duty.paper(spindle_rpm=4000.0)
@@ -30,6 +30,19 @@ def test_a_thermometer_reads_in_steps_late_and_with_its_offset(run):
     other = warm_machine().run(PAPER, seed=2).thermometers["front_bearing"]
     assert np.array_equal(warm_machine().run(PAPER, seed=1).thermometers["front_bearing"], readings)
     assert not np.array_equal(other, readings)
+
+
+def test_the_room_has_a_thermometer():
+    machine = warm_machine()
+    run = machine.run(Duty((Piece(duration_s=36_000.0),)), room=Room(mean_degc=21.0, swing_k=3.0), every_s=60.0)
+    off = (
+        run.thermometers["room"]
+        - machine.room.mean_degc
+        - 3.0 * np.cos(2 * np.pi * (run.time_s - 21_600.0) / 86_400.0)
+    )
+    assert np.ptp(off) < 0.08
+    exact = Thermometer(name="t", node="nut", step_k=0.0, conversion_s=0.0)
+    assert exact.readings([0.0, 1.0], [20.01, 20.02], offset_k=0.1).tolist() == pytest.approx([20.11, 20.12])
 
 
 def test_offsets_fill_the_interval_of_the_data_sheet():
@@ -73,6 +86,25 @@ def test_the_nest_shows_shift_and_tilt(run):
         wanted = sum(one.tilt_urad_k[place] * warmer[one.node] for one in machine.growths)
         assert np.allclose(tilt_urad, wanted, atol=1e-9)
         assert np.abs(wanted).max() > 1.0
+
+
+def test_parts_grow_freely_and_bend_towards_their_cold_side():
+    """Each part's share by geometry: bars of 11.5 and 10.5 um for each metre and kelvin."""
+    moves = {one.node: np.array([*one.shift_um_k, *one.tilt_urad_k]) for one in warm_machine().growths}
+    head = moves["head_left"] + moves["head_right"]
+    column = moves["column_front"] + moves["column_back"]
+    assert np.allclose(head, [10.5 * 0.25, -10.5 * 0.55, 0.0, 0.0, 0.0])
+    assert np.allclose(column, [0.0, 0.0, 10.5 * 0.75, 0.0, 0.0])
+    shaft = moves["mandrel"] + moves["shaft_nose"] + moves["housing_front"]
+    assert np.allclose(shaft, [0.0, 0.0, -11.5 * (0.16 + 0.14 + 0.20), 0.0, 0.0])
+    # column, its front a kelvin warmer: it leans back by an angle, so the arm in front lifts, the mandrel swings out
+    angle = 10.5 * 0.75 / 0.45
+    assert np.allclose(
+        (moves["column_front"] - moves["column_back"]) / 2, [0.0, angle * 0.75 / 2, angle * 0.55, 0.0, -angle]
+    )
+    # head, its left a kelvin warmer: the arm bends to the right; the nose's face goes down on the left
+    bent = (moves["head_left"] - moves["head_right"] - [10.5 * 0.25, 0.0, 0.0, 0.0, 0.0]) / 2
+    assert np.allclose(bent, [10.5 * 0.55**2 / 2 / 0.5, 0.0, 0.0, 10.5 * 0.20 / 0.5, 0.0])
 
 
 def test_speed_and_force_move_the_spindle_at_once():
@@ -148,10 +180,16 @@ def test_seeds_give_machines_of_one_kind():
     growth_um, hottest = np.array(found).T
     assert (growth_um > 20.0).all() and (growth_um < 200.0).all() and (hottest < 80.0).all()
     assert growth_um.std() > 0.05 * growth_um.mean()
+    typical, *drawn = ([node.capacity_j_k for node in warm_machine(seed).network.nodes] for seed in (None, 1, 2))
+    factors = np.log(np.array(drawn) / typical)
+    assert 0.1 < factors.std() < 0.2 and np.abs(factors).max() <= 0.3 + 1e-9
 
 
 def test_a_machine_that_is_warm_starts_warm(run):
+    warm = {**run.heat.last_degc, "coolant": 24.5}
+    assert warm_machine().run(PAPER, start_degc=warm, chiller_runs=True).heat.chiller_runs[0]
     again = warm_machine().run(PAPER, start_degc=run.heat.last_degc, room=Room(mean_degc=21.0))
+    assert not again.heat.chiller_runs[0]
     assert again.displacement_um["z"][0] == pytest.approx(
         run.displacement_um["z"][-1] + 0.4 * 16.0, abs=1e-9
     )  # and the speed's own share
@@ -159,6 +197,7 @@ def test_a_machine_that_is_warm_starts_warm(run):
 
 def test_duties_are_as_they_say():
     assert (PAPER.duration_s, len(PAPER.pieces)) == (16200.0, 2)
+    assert PAPER.at([-1.0, 20_000.0])[:, 0].tolist() == [4000.0, 0.0]
     shop = Duty.shop(seed=5, hours=8.0)
     assert shop.duration_s == 8 * 3600.0 and shop != Duty.shop(seed=6, hours=8.0)
     assert len({piece.spindle_rpm for piece in shop.pieces}) > 5
@@ -168,18 +207,35 @@ def test_duties_are_as_they_say():
         Duty(())
 
 
-def test_a_thermometer_of_no_node_is_refused():
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"thermometers": (Thermometer(name="t", node="screwnut"),)}, "thermometer t: 'screwnut' is not a node"),
+        (
+            {"thermometers": (Thermometer(name="t", node="nut"),) * 2},
+            "thermometer: t is not valid; use each name once",
+        ),
+        ({"growths": (Growth(node="nit"),)}, "growth: 'nit' is not a node"),
+        ({"reference_degc": 1e3}, "reference_degc: 1000 degC is too large"),
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused(parts, said):
     machine = warm_machine()
-    with pytest.raises(ArgumentError, match="thermometer t: 'screwnut' is not a node"):
-        type(machine)(network=machine.network, growths=(), thermometers=(Thermometer(name="t", node="screwnut"),))
+    with pytest.raises(ArgumentError, match=said):
+        WarmMachine(**({"network": machine.network, "growths": (), "thermometers": ()} | parts))
+    with pytest.raises(ArgumentError, match=r"^duty: "):
+        machine.run("paper")
 
 
 PAGE = (Path(__file__).parents[3] / "docs" / "warm-machine.md").read_text(encoding="utf-8")
 
 
-def test_the_example_of_the_page_runs(tmp_path, monkeypatch, capsys):
+def test_the_examples_of_the_page_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], {})  # noqa: S102 - the page's own lines
+    first, own, *_ = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    exec(own, {})  # noqa: S102 - the page's own lines
+    assert capsys.readouterr().out == "[47.1 36.9]\n"
+    exec(first, {})  # noqa: S102 - the page's own lines
     z_um, bearing_degc = map(float, capsys.readouterr().out.split())
     assert -120.0 < z_um < -20.0 and 25.0 < bearing_degc < 45.0
     assert len((tmp_path / "spindle.csv").read_text().splitlines()) == 1 + 271

@@ -110,10 +110,10 @@ def together(cable):
     from rtec.machine.station import Station, StationSettings
     from rtec.predictors import BidirectionalTable
     from rtec.requester.pc_node import PcNode
-    from rtec.requester.settings import HandshakeSettings
+    from rtec.requester.settings import HandshakeSettings, Outside
     from rtec.requester.supervision import SupervisionLimits
 
-    def make(moves=(), axes=(1,), table=None, speed=1.0, setup=None):
+    def make(moves=(), axes=(1,), table=None, speed=1.0, setup=None, outside=Outside.HOLD):
         table = table or BidirectionalTable(
             forward_positions_mm=[-50, 50],
             forward_errors_mm=[0.012, 0.012],
@@ -123,7 +123,7 @@ def together(cable):
         stations = [Station(StationSettings(axis=axis), moves) for axis in axes]
         nodes = [
             PcNode(
-                HandshakeSettings(),
+                HandshakeSettings(outside=outside),
                 SupervisionLimits(),
                 axis=axis,
                 predictor=table,

@@ -7,9 +7,10 @@ from rtec.errors import ArgumentError
 from rtec.link.frame import Frame
 from rtec.live.box_loop import BoxLoop
 from rtec.live.pc_loop import PcLoop
+from rtec.live.words import pc_words
 from rtec.machine.station import Station, StationSettings
 from rtec.predictors import StepModel
-from rtec.requester.settings import PcState
+from rtec.requester.settings import Outside, PcState
 from rtec.requester.status import Status
 from rtec.requester.supervision import HoldReason
 
@@ -47,6 +48,24 @@ def test_a_live_pc_has_no_thermometers(together):
     model = StepModel(function=by_the_other, inputs=("temperature_bed",), numbers=[0.002])
     with pytest.raises(ArgumentError, match="temperature_bed"):
         together(table=model)
+
+
+def test_a_model_outside_its_ranges_says_which_input_is_outside(together):
+    model = StepModel(
+        function=by_the_other, inputs=("position_2",), numbers=[0.004], ranges={"position_2": (-1.0, 1.0)}
+    )
+    moves = [Move(target_mm=3.0, speed_mm_s=10.0, rest_s=100.0)]
+    held = together(moves, axes=(1, 2), table=model)
+    held.run(2.0)
+    view = held.pc.nodes[0].view
+    assert (view.state, view.outside) == (PcState.HOLD, "position_2")
+    assert "position_2" in pc_words(view)
+    keeps = together(moves, axes=(1, 2), table=model, outside=Outside.KEEP)
+    keeps.run(2.0)
+    view = keeps.pc.nodes[0].view
+    assert (view.state, view.completed) == (PcState.ACTIVE, 1)  # as at 1 mm
+    assert pc_words(view) == "active; the predictor does not know what it sees: position_2"
+    assert view.outside_s == pytest.approx(1.7, abs=0.2)
 
 
 def test_turns_keep_to_the_grid(together):

@@ -113,7 +113,9 @@ class _Experts:
         if np.array_equal(others, members):
             return machine.predict(self.columns[at])[0]
         scaled = (self.columns - machine.centre) * machine.per_unit
-        again = train_ls_svm(scaled[others], rows.output[others], width=machine.width, gamma=machine.gamma)
+        again = train_ls_svm(
+            scaled[others], rows.output[others], width=machine.width, gamma=machine.gamma, linear=machine.linear
+        )
         return again.predict(scaled[at])[0]
 
     def fitted(self) -> BayesLsSvm:
@@ -154,7 +156,7 @@ def fit_bayes_ls_svm(
         from each sensor less what lags behind it.
     alone
         What `fit_ls_svm` gives for the same rows, where that is there already. The machine of a condition looks for
-        its width and gamma around those of this one.
+        its width and gamma around those of this one, and has its linear part.
 
     Raises
     ------
@@ -203,7 +205,7 @@ def fit_bayes_ls_svm(
 def _machines(columns: Floats, rows: Rows, labels: Labels, alone: RegressorFit) -> Iterator[tuple[int, LsSvm]]:
     """Yield a machine for each condition with enough rows in two blocks or more, and its number."""
     whole = cast(LsSvm, alone.regressor)
-    width = whole.width / np.sqrt(np.count_nonzero(rows.per_unit))
+    used = np.count_nonzero(rows.per_unit)
     for condition in range(len(labels.names)):
         at = np.flatnonzero(labels.of_row == condition)
         varies = np.ptp(columns[at], axis=0).any()
@@ -213,7 +215,8 @@ def _machines(columns: Floats, rows: Rows, labels: Labels, alone: RegressorFit) 
             columns[at],
             rows.output[at],
             rows.which[at],
-            widths=[width * share for share in NEARBY],
+            widths=[whole.width / np.sqrt(used) * share for share in NEARBY],
             gammas=[whole.gamma * share**2 for share in NEARBY],
+            linear=[whole.linear * used],
         )
         yield condition, cast(LsSvm, fit.regressor)

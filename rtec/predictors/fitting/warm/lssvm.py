@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.blas import dsyr2k
+from scipy.linalg.blas import dsyr2k, dsyrk
 from scipy.linalg.lapack import dposv, dpotrf, dpotri, dpotrs, dpstrf, dtrtri
 from threadpoolctl import threadpool_limits
 
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
+from rtec.predictors.fitting.warm.linear import SHARES, fit_ridge
 from rtec.predictors.fitting.warm.rows import Rows, rms, rows_of
+from rtec.predictors.warm.linear import Linear
 from rtec.predictors.warm.lssvm import LsSvm
 from rtec.predictors.warm.regressor import RegressorFit
 
 WIDTHS = tuple(np.geomspace(0.5, 50.0, 10).tolist())
 """Widths that are tried, in units of the root of the number of columns: about the distance of two rows is 1.4."""
+LINEAR = (0.0, 0.1, 1.0, 10.0)
+"""Weights of a linear kernel beside the bells to try: the variance of a slope against that of a bell."""
 GAMMAS = tuple(np.geomspace(1e-2, 1e5, 10).tolist())
 """Weights of the residuals that are tried."""
 STRIP = 64
@@ -29,7 +35,7 @@ FEW = 0.5
 """Share of the rows below which the rank of a kernel counts as low."""
 
 
-def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float) -> LsSvm:
+def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float, linear: float = 0.0) -> LsSvm:
     """Train with one width and one gamma; how sure the answer is stays unknown.
 
     Parameters
@@ -38,7 +44,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
         Shape (rows, features), scaled already: the kernel sees them as they are.
     output
         Shape (rows,).
-    width, gamma
+    width, gamma, linear
         See `LsSvm`.
 
     Notes
@@ -55,7 +61,7 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
     """
     centre = columns.mean(axis=0)  # distances lose digits far from zero
     points = columns - centre
-    solved = _Solved.of(points, output, width, gamma)
+    solved = _Solved.of(points, output, width, gamma, linear)
     return LsSvm(
         centre=centre,
         per_unit=np.ones(columns.shape[1]),
@@ -64,6 +70,8 @@ def train_ls_svm(columns: Floats, output: Floats, *, width: float, gamma: float)
         points=points,
         alpha=solved.alpha,
         bias=solved.bias,
+        slopes=linear * (solved.alpha @ points),
+        linear=linear,
     )
 
 
@@ -74,8 +82,9 @@ def fit_ls_svm(
     *,
     widths: Sequence[float] = WIDTHS,
     gammas: Sequence[float] = GAMMAS,
+    linear: Sequence[float] = (0.0,),
 ) -> RegressorFit:
-    """Fit an LS-SVM; its width and gamma are chosen by leaving out blocks.
+    """Fit an LS-SVM; its width, gamma and linear part are chosen by leaving out blocks.
 
     Parameters
     ----------
@@ -90,6 +99,8 @@ def fit_ls_svm(
         That are tried, in units of the root of the number of columns that vary.
     gammas
         That are tried with each width.
+    linear
+        Weights of a linear kernel that are tried with each width, over the number of columns that vary; 0: none.
 
     Raises
     ------
@@ -109,15 +120,14 @@ def fit_ls_svm(
     >>> bool(np.abs(fit.left_out).max() < 0.1)
     True
     """
-    for name, values in (("widths", widths), ("gammas", gammas)):
-        if not len(values) or not all(0.0 < value < np.inf for value in values):
-            raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
+    _check_grid(widths, gammas, linear)
     rows = rows_of(columns, output, block)
-    unit = float(np.sqrt(np.count_nonzero(rows.per_unit)))
+    used = np.count_nonzero(rows.per_unit)
+    unit = float(np.sqrt(used))
     with threadpool_limits(1):  # of matrices as small as these; beside another program, two wait for each other
-        tried = list(_tried(rows, [width * unit for width in widths], gammas))
-        width, gamma, _ = min(tried, key=lambda one: one[2])
-        solved = _Solved.of(rows.scaled, rows.output, width, gamma)
+        tried = list(_tried(rows, [width * unit for width in widths], gammas, [weight / used for weight in linear]))
+        width, gamma, weight, _ = min(tried, key=lambda one: one[3])
+        solved = _Solved.of(rows.scaled, rows.output, width, gamma, weight)
         left_out, variances = solved.without_each(rows)
     machine = LsSvm(
         centre=rows.centre,
@@ -127,7 +137,9 @@ def fit_ls_svm(
         points=rows.scaled,
         alpha=solved.alpha,
         bias=solved.bias,
+        slopes=weight * (solved.alpha @ rows.scaled),
         noise_sd=rms(left_out / np.sqrt(variances)),
+        linear=weight,
     )
     edges = [
         name
@@ -138,20 +150,93 @@ def fit_ls_svm(
     return RegressorFit(
         regressor=machine,
         left_out=left_out,
-        notes=(*rows.notes, f"Width {width:.3g} of scaled columns, gamma {gamma:.3g}{end}."),
-        tried=tuple((f"width {width:.3g}, gamma {gamma:.3g}", figure) for width, gamma, figure in tried),
+        notes=(*rows.notes, f"Width {width:.3g} of scaled columns, gamma {gamma:.3g}{_in_words(weight)}{end}."),
+        tried=tuple(
+            (f"width {width:.3g}, gamma {gamma:.3g}{_in_words(weight)}", figure)
+            for width, gamma, weight, figure in tried
+        ),
     )
 
 
-def _tried(rows: Rows, widths: Sequence[float], gammas: Sequence[float]) -> Iterator[tuple[float, float, float]]:
-    """Yield each width and gamma with the root mean square of what is predicted without its own block."""
+def fit_ridge_and_ls_svm(
+    columns: Floats,
+    output: Floats,
+    block: npt.ArrayLike,
+    *,
+    shares: Sequence[float] = SHARES,
+    widths: Sequence[float] = WIDTHS,
+    gammas: Sequence[float] = GAMMAS,
+    linear: Sequence[float] = LINEAR,
+) -> RegressorFit:
+    """Fit a ridge regression and an LS-SVM, and answer with their mean.
+
+    Parameters
+    ----------
+    columns, output, block, shares, widths, gammas, linear
+        As `fit_ridge` and `fit_ls_svm` take them.
+
+    Raises
+    ------
+    ArgumentError
+        As both.
+
+    Notes
+    -----
+    The two err in different directions, above all beyond the rows of the training. The standard deviation is that of
+    the LS-SVM, scaled to the residuals of the mean.
+
+    Examples
+    --------
+    >>> x = np.linspace(-3.0, 3.0, 40)[:, None]
+    >>> fit = fit_ridge_and_ls_svm(x, 2.0 * x[:, 0], np.arange(40) // 4)
+    >>> fit.regressor.predict(np.array([[2.5]]))[0].round(2).tolist()
+    [5.0]
+    """
+    line = fit_ridge(columns, output, block, shares=shares)
+    bells = fit_ls_svm(columns, output, block, widths=widths, gammas=gammas, linear=linear)
+    straight, machine = cast(Linear, line.regressor), cast(LsSvm, bells.regressor)
+    rows = rows_of(columns, output, block)
+    left_out = (line.left_out + bells.left_out) / 2.0
+    with threadpool_limits(1):
+        solved = _Solved.of(rows.scaled, rows.output, machine.width, machine.gamma, machine.linear)
+        _, variances = solved.without_each(rows)
+    slopes = np.divide(straight.slopes, rows.per_unit, out=np.zeros(rows.centre.size), where=rows.per_unit > 0.0)
+    mean = dataclasses.replace(
+        machine,
+        alpha=machine.alpha / 2.0,
+        slopes=(machine.slopes + slopes) / 2.0,
+        bias=(machine.bias + straight.intercept) / 2.0,
+        noise_sd=rms(left_out / np.sqrt(variances)),
+    )
+    notes = dict.fromkeys((*line.notes, *bells.notes))
+    return RegressorFit(regressor=mean, left_out=left_out, notes=tuple(notes), tried=(*line.tried, *bells.tried))
+
+
+def _check_grid(widths: Sequence[float], gammas: Sequence[float], linear: Sequence[float]) -> None:
+    for name, values in (("widths", widths), ("gammas", gammas)):
+        if not len(values) or not all(0.0 < value < np.inf for value in values):
+            raise ArgumentError(name, f"{tuple(values)}"[:60], "numbers above 0")
+    if not len(linear) or not all(0.0 <= value < np.inf for value in linear):
+        raise ArgumentError("linear", f"{tuple(linear)}"[:60], "numbers of 0 or more")
+
+
+def _in_words(linear: float) -> str:
+    return f", linear part {linear:.3g}" if linear else ""
+
+
+def _tried(
+    rows: Rows, widths: Sequence[float], gammas: Sequence[float], linear: Sequence[float]
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield each width, gamma and linear part with the root mean square of left-out residuals."""
     products = rows.scaled @ rows.scaled.T
     half = 0.5 * np.diagonal(products)
     exponent = np.minimum(products - half[:, None] - half, 0.0)
     for width in widths:
-        roots, sizes = _roots(np.exp(exponent / width**2), LOST / max(gammas))
-        for gamma in gammas:
-            yield width, gamma, rms(_errors(rows, roots, sizes, gamma))
+        bells = np.exp(exponent / width**2)
+        for weight in linear:
+            roots, sizes = _roots(bells + weight * products if weight else bells, LOST / max(gammas))
+            for gamma in gammas:
+                yield width, gamma, weight, rms(_errors(rows, roots, sizes, gamma))
 
 
 def _roots(kernel: Floats, lost: float) -> tuple[Floats, Floats]:
@@ -201,10 +286,11 @@ class _Solved:
     bias: float
 
     @classmethod
-    def of(cls, points: Floats, output: Floats, width: float, gamma: float) -> _Solved:
-
+    def of(cls, points: Floats, output: Floats, width: float, gamma: float, linear: float) -> _Solved:
         system = _lower_kernel(points, width)
         np.fill_diagonal(system, 1.0 + 1.0 / gamma)
+        if linear:
+            system = dsyrk(linear, points, beta=1.0, c=system, lower=1, overwrite_c=1)
         factor, failed = dpotrf(system, lower=1, clean=0, overwrite_a=1)
         if failed:
             hint = "rows are so alike that the system has no answer in double precision"

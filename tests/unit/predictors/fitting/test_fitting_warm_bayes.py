@@ -1,5 +1,8 @@
 """Bayesian networks of a warm machine: states, causes and what left-out blocks say."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -124,3 +127,10 @@ def test_equal_counts_keep_equal_values_together():
     assert cuts_of(values, 3, Cutting.EQUAL_COUNTS).tolist() == [1.5, 3.5]
     assert cuts_of(values, 5, Cutting.EQUAL_COUNTS).tolist() == [1.5, 2.5, 3.5, 6.5]
     assert cuts_of(np.ones(4), 3, Cutting.EQUAL_COUNTS).size == 0
+
+
+def test_the_example_of_the_page_runs(capsys):
+    page = (Path(__file__).parents[4] / "docs" / "warm-machine.md").read_text(encoding="utf-8")
+    codes = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(next(code for code in codes if "fit_bayes" in code), {})  # noqa: S102 - our own page
+    assert "('temperature_front_bearing', -13." in capsys.readouterr().out

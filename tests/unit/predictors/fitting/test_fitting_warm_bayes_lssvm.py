@@ -46,8 +46,11 @@ def fit():
     return fit_bayes_ls_svm(*warm_rows(), features=FEATURES)
 
 
-def test_left_out_rows_are_those_of_machines_and_counts_without_their_block(fit):
+@pytest.mark.parametrize("linear", [0.0, 1.0])
+def test_left_out_rows_are_those_of_machines_and_counts_without_their_block(linear):
     columns, output, block = warm_rows()
+    alone = fit_ls_svm(columns, output, block, linear=(linear,))
+    fit = fit_bayes_ls_svm(columns, output, block, features=FEATURES, alone=alone)
     found = fit.regressor
     signs = np.stack([columns[:, a] - (columns[:, b] if b >= 0 else 0.0) for a, b in found.signs], axis=1)
     ways = {way.names: way.of_row for way in divisions(FEATURES, columns)}
@@ -62,7 +65,9 @@ def test_left_out_rows_are_those_of_machines_and_counts_without_their_block(fit)
         for condition, place in enumerate(found.machine_of):
             machine, members = found.machines[place], others & (label == condition)
             scaled = (columns - machine.centre) * machine.per_unit
-            again = train_ls_svm(scaled[members], output[members], width=machine.width, gamma=machine.gamma)
+            again = train_ls_svm(
+                scaled[members], output[members], width=machine.width, gamma=machine.gamma, linear=machine.linear
+            )
             for k, row in enumerate(at):
                 evidence = dict(zip(found.classifier.names, rows[row, :-1].tolist(), strict=True))
                 weight = network.posterior("output", evidence).probabilities[condition]
