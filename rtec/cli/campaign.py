@@ -85,19 +85,21 @@ def campaign(
     again = shlex.join(["rtec", "campaign", plan, *said(context, "runs", "seed", "store")])
     from rtec.verify.campaign.store import Store
 
-    with Store(file) as kept:
+    next(chosen.jobs())  # a plan that can prove nothing is refused before a file is made
+    if count or job is not None:
+        with Store(file if file.exists() else ":memory:") as kept:
+            if count:
+                _count(chosen, kept, json)
+            else:
+                _one(chosen, kept, str(job))
+        return
+    files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
+    with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
         for other in merge or []:
             _console.note(f"{kept.merge(other)} records taken over from {other}")
-        if count:
-            _count(chosen, kept, json)
-        elif job is not None:
-            _one(chosen, kept, job)
-        else:
-            files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
-            with _executor(chosen, workers, scheduler) as executor:
-                good = _carry_out(chosen, kept, executor, again, files, json)
-            if not good:
-                raise typer.Exit(1)
+        good = _carry_out(chosen, kept, executor, again, files, json)
+    if not good:
+        raise typer.Exit(1)
 
 
 def _list(json: bool) -> None:
@@ -203,7 +205,7 @@ def _count(plan: Plan, store: Store, json: bool) -> None:
     if json:
         _console.print_json({"plan": plan.name, "jobs": len(addresses), "done": done})
     else:
-        typer.echo(f"{len(addresses)} jobs, {done} of them in {store.path}")
+        typer.echo(f"{len(addresses)} jobs, {done} of them stored")
 
 
 def _one(plan: Plan, store: Store, address: str) -> None:
