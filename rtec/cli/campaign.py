@@ -39,6 +39,7 @@ def campaign(
     ),
     runs: int | None = whole("--runs", "Jobs of each combination; as the plan says.", low=1, high=10**7, panel=_PLAN),
     seed: int | None = whole("--seed", "Of everything random; as the plan says.", low=0, high=2**32 - 1, panel=_PLAN),
+    by: str | None = option("--by", "WORD,...", "Count by these parameters, as design,phase.", panel=_PLAN),
     yes: bool = flag("--yes", "Also a plan of more than 100000 jobs.", panel=_PLAN),
     list_: bool = flag("--list", "List the plans that come with rtec.", panel=_PLAN),
     show: str | None = option("--show", "PLAN", "Print a plan, to begin one of your own with.", panel=_PLAN),
@@ -80,6 +81,8 @@ def campaign(
     if scheduler is not None and workers is not None:
         raise apart("--workers", "--scheduler", "the cluster has its own")
     chosen = _plan(plan, only or [], runs, seed)
+    if by is not None:
+        chosen = chosen.counted_by(_words(by))
     _check_size(chosen, yes)
     file = Path(f"campaign-{chosen.name}.db") if store is None else store
     again = shlex.join(["rtec", "campaign", plan, *said(context, "runs", "seed", "store")])
@@ -120,7 +123,11 @@ def _plan(word: str, only: list[str], runs: int | None, seed: int | None) -> Pla
 
     found = read_plan(word)
     found = replace(found, runs=found.runs if runs is None else runs, seed=found.seed if seed is None else seed)
-    return found.only(part.strip() for words in only for part in words.split(",") if part.strip())
+    return found.only(word for words in only for word in _words(words))
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",") if word.strip()]
 
 
 def _check_size(plan: Plan, yes: bool) -> None:

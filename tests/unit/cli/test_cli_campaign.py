@@ -56,6 +56,13 @@ def test_a_campaign_in_which_all_is_well_exits_with_0(capsys):
     assert (code, json.loads(out)) == (0, {"plan": "mine", "jobs": 80, "done": 40})
 
 
+def test_records_are_counted_by_any_parameters(capsys):
+    words = ("mine.toml", "--only", "pass,fail", "--runs", "2", "--workers", "1", "--json")
+    rows = [json.loads(said(capsys, *words, "--by", by)[1])["rows"] for by in ("wait, fate", "level")]
+    assert [(row["wait_s"], row["fate"], row["jobs"]) for row in rows[0]] == [(0.0, "pass", 2), (0.0, "fail", 2)]
+    assert [(row["level"], row["passed"], row["failed"]) for row in rows[1]] == [(0, 2, 2)]
+
+
 def test_a_record_that_cannot_be_repeated_is_told(capsys):
     said(capsys, "mine.toml", "--workers", "1", "--only", "pass", "--runs", "1", "--store", "s.db")
     with sqlite3.connect("s.db") as connection:
@@ -105,6 +112,10 @@ def test_plans_are_listed_and_shown(capsys, tmp_path):
             "--workers does not go with --scheduler",
         ),
         (["mine.toml", "--csv", "a.txt"], ".csv"),
+        (
+            ["mine.toml", "--by", "fates"],
+            "'fates' is not a parameter; use one of fate, size, wait, level; did you mean",
+        ),
         (["mine.toml", "--store", "none/s.db"], "none/s.db: unable to open database file; name a file in a folder"),
     ],
 )
