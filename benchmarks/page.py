@@ -94,9 +94,9 @@ the output and for ones are combined.
     "bayes": (
         "Bayesian networks",
         """\
-Learning from counts and exact inference beside pyAgrum, by turns, with the same answers. Processor time; pyAgrum gets
-its rows as a data frame that is there already. pyAgrum prepares all nodes at once, we each node that is asked for:
-with 22 nodes both take the same time where every one is asked, with 30 nodes pyAgrum is 1.5 times as fast there.
+Learning from 1000 rows and exact inference with 10 rows of evidence beside pyAgrum, by turns, with the same answers.
+Processor time; pyAgrum gets its rows as a data frame that is there already. It prepares all nodes at once, we each
+node that is asked for, so that it is ahead where every node of a large network is asked.
 """,
     ),
     "train-command": (

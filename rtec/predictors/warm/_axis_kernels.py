@@ -15,7 +15,13 @@ from typing import Any
 from rtec._jit import kernel, written_out
 from rtec.predictors._columns import Floats
 from rtec.predictors._kernels import table_error
-from rtec.predictors.warm._warm_kernels import warm_bayes, warm_linear, warm_ls_svm
+from rtec.predictors.warm._warm_kernels import (
+    warm_bayes,
+    warm_bayes_ls_svm,
+    warm_fuzzy,
+    warm_linear,
+    warm_ls_svm,
+)
 
 PLACES, FIRST_MM, SECOND_MM, FIRST_COLD_MM, SECOND_COLD_MM, TABLE, MODEL, ROOM = range(8)
 HEAD = 8
@@ -56,3 +62,15 @@ def axis_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> 
 def axis_bayes(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the deviation in mm by Bayesian networks."""
     return warm_axis(warm_bayes, numbers, inputs, memory, sd)
+
+
+@kernel
+def axis_fuzzy(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm by fuzzy networks."""
+    return warm_axis(warm_fuzzy, numbers, inputs, memory, sd)
+
+
+@kernel
+def axis_bayes_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm by LS-SVMs that Bayesian networks weight."""
+    return warm_axis(warm_bayes_ls_svm, numbers, inputs, memory, sd)

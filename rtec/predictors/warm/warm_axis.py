@@ -19,7 +19,9 @@ from rtec.predictors.warm.warm_model import WarmModel
 AXIS_KERNELS: Mapping[str, Callable[..., float]] = {
     "linear": kernels.axis_linear,
     "ls-svm": kernels.axis_ls_svm,
+    "fuzzy": kernels.axis_fuzzy,
     "bayes": kernels.axis_bayes,
+    "bayes-ls-svm": kernels.axis_bayes_ls_svm,
 }
 """The compiled model of an axis, by the kind of its regressors."""
 
