@@ -64,8 +64,13 @@ def _sensitivity(campaign: Campaign) -> Iterator[str]:
         yield "Total Sobol indices, with 95 % intervals:"
     for where, parts in split.items():
         parts.sort(key=lambda index: index.total, reverse=True)
-        shares = (f"{one.parameter} {one.total:.2f} ({one.total_95[0]:.2f}..{one.total_95[1]:.2f})" for one in parts)
+        shares = map(_share, parts)
         yield f"  {where}: {', '.join(shares)}"
+
+
+def _share(index: SobolIndex) -> str:
+    interval = "" if index.total_95 is None else f" ({index.total_95[0]:.2f}..{index.total_95[1]:.2f})"
+    return f"{index.parameter} {index.total:.2f}{interval}"
 
 
 def _against(campaign: Campaign, again: str) -> Iterator[str]:
