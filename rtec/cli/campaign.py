@@ -39,6 +39,7 @@ def campaign(
     ),
     runs: int | None = whole("--runs", "Jobs of each combination; as the plan says.", low=1, high=10**7, panel=_PLAN),
     seed: int | None = whole("--seed", "Of everything random; as the plan says.", low=0, high=2**32 - 1, panel=_PLAN),
+    by: str | None = option("--by", "WORD,...", "Count by these parameters, as design,phase.", panel=_PLAN),
     yes: bool = flag("--yes", "Also a plan of more than 100000 jobs.", panel=_PLAN),
     list_: bool = flag("--list", "List the plans that come with rtec.", panel=_PLAN),
     show: str | None = option("--show", "PLAN", "Print a plan, to begin one of your own with.", panel=_PLAN),
@@ -80,24 +81,28 @@ def campaign(
     if scheduler is not None and workers is not None:
         raise apart("--workers", "--scheduler", "the cluster has its own")
     chosen = _plan(plan, only or [], runs, seed)
+    if by is not None:
+        chosen = chosen.counted_by(_words(by))
     _check_size(chosen, yes)
     file = Path(f"campaign-{chosen.name}.db") if store is None else store
     again = shlex.join(["rtec", "campaign", plan, *said(context, "runs", "seed", "store")])
     from rtec.verify.campaign.store import Store
 
-    with Store(file) as kept:
+    next(chosen.jobs())  # a plan that can prove nothing is refused before a file is made
+    if count or job is not None:
+        with Store(file if file.exists() else ":memory:") as kept:
+            if count:
+                _count(chosen, kept, json)
+            else:
+                _one(chosen, kept, str(job))
+        return
+    files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
+    with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
         for other in merge or []:
             _console.note(f"{kept.merge(other)} records taken over from {other}")
-        if count:
-            _count(chosen, kept, json)
-        elif job is not None:
-            _one(chosen, kept, job)
-        else:
-            files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
-            with _executor(chosen, workers, scheduler) as executor:
-                good = _carry_out(chosen, kept, executor, again, files, json)
-            if not good:
-                raise typer.Exit(1)
+        good = _carry_out(chosen, kept, executor, again, files, json)
+    if not good:
+        raise typer.Exit(1)
 
 
 def _list(json: bool) -> None:
@@ -118,7 +123,11 @@ def _plan(word: str, only: list[str], runs: int | None, seed: int | None) -> Pla
 
     found = read_plan(word)
     found = replace(found, runs=found.runs if runs is None else runs, seed=found.seed if seed is None else seed)
-    return found.only(part.strip() for words in only for part in words.split(",") if part.strip())
+    return found.only(word for words in only for word in _words(words))
+
+
+def _words(text: str) -> list[str]:
+    return [word.strip() for word in text.split(",") if word.strip()]
 
 
 def _check_size(plan: Plan, yes: bool) -> None:
@@ -203,7 +212,7 @@ def _count(plan: Plan, store: Store, json: bool) -> None:
     if json:
         _console.print_json({"plan": plan.name, "jobs": len(addresses), "done": done})
     else:
-        typer.echo(f"{len(addresses)} jobs, {done} of them in {store.path}")
+        typer.echo(f"{len(addresses)} jobs, {done} of them stored")
 
 
 def _one(plan: Plan, store: Store, address: str) -> None:

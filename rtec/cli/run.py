@@ -49,8 +49,7 @@ def run(
     With --firmware each design's box is an emulated 8051 that runs the images of `rtec firmware list`, pin by pin.
 
     Example: rtec run --repeatability 0um -o before-after
-    Example: rtec run --write-study mine.toml && rtec run mine.toml
-    Example: rtec run warm
+    Example: rtec run warm --write-study mine.toml && rtec run mine.toml
     Example: rtec run mine.toml --firmware --processor one-clock-100mhz --json
     """
     builtin = "lathe" if study is None else str(study) if str(study) in ("lathe", "warm") else None

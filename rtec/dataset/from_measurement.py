@@ -73,7 +73,7 @@ def rows_of(
 
 def _said_blocks(measurement: Measurement, axis: AxisFacts) -> Ints | None:
     """Return the number of the block of each row, where a column is said to tell it: its change starts a block."""
-    if (name := axis.text("blocks")) is None:
+    if (name := axis.given.get("blocks")) is None:
         return None
     columns = {column.heading: column.values for column in measurement.columns.values()} | dict(measurement.unknown)
     columns |= {quantity: column.values for quantity, column in measurement.columns.items()}

@@ -41,7 +41,7 @@ class ThermalGrowth(FollowsHeat):
     card = Card(
         title="Thermal growth",
         formula="`expansion · (x − fixed_point) · (T − T_ref)`",
-        needs="a temperature column that changes by 0.5 K at least",
+        needs="a temperature column that changes by 0.5 K at least, or a spindle that changes its speed",
         plot=(
             "The slope of the deviation against position changes with temperature: runs fan out from the fixed "
             "bearing."

@@ -32,8 +32,8 @@ class ThermalShift(FollowsHeat):
     data_checks = (unchanging,)
     card = Card(
         title="Thermal shift",
-        formula="`shift · (T − T_ref)`",
-        needs="a temperature column that changes by 0.5 K at least",
+        formula="`shift · (T − T_ref)`; of a spindle `at_1000_rpm · (n / 1000 rpm)^(5/3)`",
+        needs="a temperature column that changes by 0.5 K at least, or a spindle that changes its speed",
         plot="All targets shift alike with temperature; cold and hot runs are parallel.",
         cause=(
             "Heat of spindle, motor or bearing lengthens what stands between scale and tool: headstock, column, "
@@ -44,7 +44,7 @@ class ThermalShift(FollowsHeat):
             "Set the zero again when warm, correct it by the temperature of the part that grows, or cool that part."
         ),
         invariant_to="position, direction, feed and order of the readings.",
-        source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3.",
+        source="Yao et al. (2013), section 4.2; Yee (1992), introduction; ISO 230-3; Palmgren (1959).",
     )
 
     def columns(self, conditions: Conditions, shape: Shape) -> Floats:

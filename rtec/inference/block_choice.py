@@ -9,6 +9,8 @@ import numpy as np
 from rtec.dataset.standstill import Ints
 from rtec.effects import Floats
 
+LEAST_FALL = 0.05
+"""Share by which a column has to lower the RMS error: a sensor for less is not worth its cable."""
 RIDGE = 1e-9
 """Of the mean diagonal, on that of the normal equations: columns that are the same in all other blocks do no harm."""
 
@@ -21,7 +23,9 @@ def chosen_by_blocks(
     most: int,
     allowed: Callable[[Sequence[int], int], bool] = lambda chosen, new: True,
 ) -> list[int]:
-    """Return which columns lower the error of blocks left out, best first, as long as each lowers it.
+    """Return which columns lower the error of blocks left out, best first.
+
+    The last of them lowers it by a twentieth, with those before it that may only help together.
 
     Parameters
     ----------
@@ -52,6 +56,7 @@ def chosen_by_blocks(
     sums = np.array([table[:, fold == number] @ table[:, fold == number].T for number in np.unique(fold)])
     begin, best = list(range(len(fixed))), _error(sums, np.arange(len(fixed))[None])[0]
     chosen: list[int] = []
+    kept = 0
     while len(chosen) < most:
         free = [k for k in range(len(columns)) if k not in chosen and allowed(chosen, k)]
         if not free:
@@ -59,11 +64,10 @@ def chosen_by_blocks(
         trials = np.array([[*begin, *(len(fixed) + c for c in (*chosen, k))] for k in free])
         errors = _error(sums, trials)
         at = int(np.argmin(errors))
-        if errors[at] >= best:
-            break
-        best = errors[at]
         chosen.append(free[at])
-    return chosen
+        if errors[at] < (1.0 - LEAST_FALL) ** 2 * best:
+            best, kept = errors[at], len(chosen)
+    return chosen[:kept]
 
 
 def _error(sums: Floats, trials: Ints) -> Floats:

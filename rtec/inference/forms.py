@@ -52,7 +52,9 @@ MOST_LAGS, LAGS_APART = 2, 3.0
 TRANSIENT = 1 / 20
 """Of a log in motion: what dies out in less is the transient of its start, no heat."""
 GRADUAL = 0.02
-"""Of a log, over which a step is spread that a sudden one has to outdo."""
+"""Of a log, over which a step is spread that a sudden one has to outdo; of a time halves and quarters of it, too."""
+FEWEST_SPREAD = 4
+"""Readings over which a step in time is spread at least: over fewer it is a step."""
 
 _LEFT_OUT: ContextVar[frozenset[str]] = ContextVar("left_out", default=frozenset())
 
@@ -286,11 +288,13 @@ def _takes_time(conditions: Conditions, shape: Shape) -> str | None:
 
 
 def _spread_out(conditions: Conditions, shape: Shape) -> Sequence[Shape]:
-    """Return a step spread over a fiftieth of a log: what wanders slowly there passes for a step, too."""
-    if not conditions.moving:
+    """Return a step spread over a fiftieth of a log or of the time: what wanders there passes for a step, too."""
+    if not (conditions.moving or conditions.time_is_coordinate):
         return ()
-    over = GRADUAL * float(np.ptp(conditions.clock))
-    return (StepShape(own_shape(shape, StepShape).moment - over / 2.0, over),)
+    moment, lasted = own_shape(shape, StepShape).moment, float(np.ptp(conditions.clock))
+    least = FEWEST_SPREAD * lasted / conditions.rows
+    overs = [GRADUAL * lasted / parts for parts in ((1,) if conditions.moving else (1, 2, 4))]
+    return [StepShape(moment - over / 2.0, over) for over in overs if conditions.moving or over > least]
 
 
 def _unseen_spikes(conditions: Conditions) -> Sequence[Shape]:

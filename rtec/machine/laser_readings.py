@@ -149,7 +149,8 @@ class _Program:
     """The blocks of a measuring program, and which of them are readings."""
 
     def __init__(self, plan_: metrology.MeasuringPlan) -> None:
-        self.plan, self.targets = plan_, plan_.targets_mm.tolist()
+        self.targets, self._turns = plan_.targets_mm.tolist(), plan_.turns_mm.tolist()
+        self._feed_mm_s, self._dwell_s = plan_.programmed_feed_mm_s, plan_.dwell_s
         self._blocks: list[axis.Block] = []
         self._readings: list[tuple[int, float, int, int]] = []
         self._run = 0
@@ -160,18 +161,18 @@ class _Program:
 
     def move(self, target_mm: float) -> None:
         """Go somewhere at the plan's feed."""
-        self._blocks.append(axis.Move(target_mm=target_mm, feed_mm_s=self.plan.programmed_feed_mm_s))
+        self._blocks.append(axis.Move(target_mm=target_mm, feed_mm_s=self._feed_mm_s))
 
     def measure(self, stop_s: float | None = None) -> None:
         """Read at the targets forward and back; at the very first one the program stops for ``stop_s``."""
         self._run += 1
-        below, beyond = self.plan.turns_mm.tolist()
+        below, beyond = self._turns
         for direction, turn_mm, passed in ((1, below, self.targets), (-1, beyond, self.targets[::-1])):
             self.move(turn_mm)
-            self.rest(self.plan.dwell_s)
+            self.rest(self._dwell_s)
             for target_mm in passed:
                 self.move(target_mm)
-                self.rest(self.plan.dwell_s if self._readings or stop_s is None else stop_s)
+                self.rest(self._dwell_s if self._readings or stop_s is None else stop_s)
                 self._readings.append((len(self._blocks) - 1, target_mm, direction, self._run))
 
     def measure_from_home(self) -> None:

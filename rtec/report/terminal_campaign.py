@@ -31,7 +31,7 @@ def show(campaign: Campaign, again: str) -> None:
     """
     console = Console(highlight=False)
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    for name in campaign.plan.by:
+    for name in campaign.by:
         table.add_column(name)
     for name in ("tried", "failed", "95 %", "no effect"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -64,8 +64,13 @@ def _sensitivity(campaign: Campaign) -> Iterator[str]:
         yield "Total Sobol indices, with 95 % intervals:"
     for where, parts in split.items():
         parts.sort(key=lambda index: index.total, reverse=True)
-        shares = (f"{one.parameter} {one.total:.2f} ({one.total_95[0]:.2f}..{one.total_95[1]:.2f})" for one in parts)
+        shares = map(_share, parts)
         yield f"  {where}: {', '.join(shares)}"
+
+
+def _share(index: SobolIndex) -> str:
+    interval = "" if index.total_95 is None else f" ({index.total_95[0]:.2f}..{index.total_95[1]:.2f})"
+    return f"{index.parameter} {index.total:.2f}{interval}"
 
 
 def _against(campaign: Campaign, again: str) -> Iterator[str]:

@@ -189,7 +189,9 @@ def _beside(result: PredictorComparison, best: Row) -> list[str]:
         lines.append(f"{words[0].upper()}{words[1:]} ({row.name}): {figure}, {verdict}.")
         if kind is Kind.GEOMETRY:
             lines += [f"  {note}" for note in row.notes]
-    return lines
+    model = result.best_of(Kind.MODEL)
+    gone = () if model is None else (note for note in model.notes if " is left out" in note)
+    return [*lines, *(f"Of {model.name}, {note}." for note in gone if model is not None)]
 
 
 def _beside_nothing(result: PredictorComparison) -> list[str]:

@@ -104,7 +104,10 @@ def warm_axis(
     models = heat.models or _fitted(heat, training_log(study, heat, sees_speed=sees_speed))
     ends_mm = (heat.plan.start_mm, heat.plan.end_mm) if len(models) == 2 else ()
     first = {OF_TEMPERATURE + name: float(np.ravel(values)[0]) for name, values in course.thermometers.items()}
-    return WarmAxis(cold=cold, heat=models, at_mm=ends_mm, reference={**first, SPINDLE_SPEED: 0.0})
+    try:
+        return WarmAxis(cold=cold, heat=models, at_mm=ends_mm, reference={**first, SPINDLE_SPEED: 0.0})
+    except ArgumentError as error:
+        raise error.of("heat.model" if heat.models else f"heat.fit = {heat.fit!r}") from None
 
 
 def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
@@ -141,7 +144,8 @@ def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
 
 def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
     method = next(one for one in warm_methods() if one.name == heat.fit)
-    fits = method.fit(WarmTask(parts=parts_of(log, log), seed=heat.seed)).channels
+    parts = parts_of(log, log)
+    fits = method.fit(WarmTask(parts=parts, seed=heat.seed)).channels
     regressors = {name: fit.regressor for name, fit in fits.items() if isinstance(fit.regressor, Regressor)}
     if len(regressors) < len(fits):
         raise ArgumentError("heat.fit", repr(heat.fit), "a method whose model the PC can follow")
@@ -153,6 +157,7 @@ def _fitted(heat: HeatStudy, log: WarmLog) -> tuple[WarmModel, ...]:
         WarmModel(
             features=fit.features,
             regressor=regressors[name],
+            begin=parts.begin(fit.features),
             observe=name,
             unit="um",
             ranges={each: ranges[each] for each in dict.fromkeys(one.of for one in fit.features)},

@@ -32,6 +32,7 @@ def model_of(one: ChannelFit, observe: str, parts: WarmParts) -> WarmModel:
     return WarmModel(
         features=one.features,
         regressor=one.regressor,
+        begin=parts.begin(one.features),
         observe=observe,
         ranges=ranges,
         interval=None if one.half_um is None else float(np.median(one.half_um)),

@@ -12,6 +12,8 @@ from rtec.dataset.warm_blocks import BY_SPEED
 from rtec.dataset.warm_log import WarmLog
 from rtec.errors import ArgumentError
 from rtec.predictors._columns import Floats
+from rtec.predictors.fitting.warm.begin import fit_begin
+from rtec.predictors.warm.begin import Begin, begun_columns
 from rtec.predictors.warm.features import SPINDLE_SPEED, Feature, columns_of
 
 JUDGING = 0.15
@@ -73,8 +75,17 @@ class WarmParts:
         return columns_of(features, self.log.time_s, self.log.inputs, self.log.starts)[self.rows]
 
     def judging_columns(self, features: tuple[Feature, ...]) -> Floats:
-        """Return features at the rows that judge, with all that went before them, shape (rows, features)."""
-        return columns_of(features, self.judge.time_s, self.judge.inputs, self.judge.starts)[self.judging]
+        """Return features at the rows that judge, with all that went before them, shape (rows, features).
+
+        Another log may begin beside a warm machine: temperatures tell where what lags begins.
+        """
+        begin = None if self.judge is self.log else self.begin(features)
+        judge = self.judge
+        return begun_columns(features, begin, judge.time_s, judge.inputs, judge.starts)[self.judging]
+
+    def begin(self, features: tuple[Feature, ...]) -> Begin | None:
+        """Return what temperatures of the rows that train tell of what lags."""
+        return fit_begin(features, self.columns(features))
 
     @property
     def hours(self) -> Floats:

@@ -351,6 +351,18 @@ def test_json_keys_of_the_score(json_keys, tmp_path, monkeypatch, capsys):
     assert json_keys["blind score"] == keys_of(json.loads(capsys.readouterr().out))
 
 
+def test_json_keys_of_a_campaign(json_keys, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ("motions", "--only", "c,fast,dither,frequency=500kHz", "--runs", "1", "--workers", "1", "--json")
+    assert main(["campaign", *words]) == 0
+    document = json.loads(capsys.readouterr().out)
+    document["total"].pop("outcomes")
+    (row,) = document["rows"]
+    assert row.pop("outcomes") == {"correct": 1}
+    of_jobs = {"job", "run", "error"}  # none has failed
+    assert json_keys["campaign"] - of_jobs == keys_of(document) - set(document["by"]) | {"outcomes"}
+
+
 def test_json_keys_of_the_firmware(json_keys, tmp_path, capsys):
     path = tmp_path / "image.hex"
     path.write_text(":01000000A55A\n:00000001FF\n")

@@ -59,12 +59,6 @@ def axis_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> 
 
 
 @kernel
-def axis_bayes(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
-    """Return the deviation in mm by Bayesian networks."""
-    return warm_axis(warm_bayes, numbers, inputs, memory, sd)
-
-
-@kernel
 def axis_fuzzy(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
     """Return the deviation in mm by fuzzy networks."""
     return warm_axis(warm_fuzzy, numbers, inputs, memory, sd)
@@ -72,5 +66,11 @@ def axis_fuzzy(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> f
 
 @kernel
 def axis_bayes_ls_svm(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
-    """Return the deviation in mm by LS-SVMs that Bayesian networks weight."""
+    """Return the deviation in mm by Bayesian networks that choose among LS-SVMs."""
     return warm_axis(warm_bayes_ls_svm, numbers, inputs, memory, sd)
+
+
+@kernel
+def axis_bayes(numbers: Floats, inputs: Floats, memory: Floats, sd: Floats) -> float:
+    """Return the deviation in mm by Bayesian networks."""
+    return warm_axis(warm_bayes, numbers, inputs, memory, sd)

@@ -16,14 +16,17 @@ from rtec.predictors.warm._fuzzy_kernels import fuzzy_answer
 from rtec.predictors.warm._linear_kernels import linear_answer
 from rtec.predictors.warm._lssvm_kernels import ls_svm_answer
 
-MM_OF_UNIT, MM_OF_SD, LEAST_SD, FEATURES = range(4)
+MM_OF_UNIT, MM_OF_SD, LEAST_SD, FEATURES, TOLD, SEEN_AT_ONCE = range(6)
 """Places in the numbers: mm of deviation in a unit of the output (negative where the sign is), mm in a unit of its
-standard deviation (0: it is not said), the least of it in the unit, how many features. Behind: the features, four
-numbers each, then those of the regressor."""
-NUMBERS_HEAD = 4
+standard deviation (0: it is not said), the least of it in the unit, how many features, how many of them lag and are
+told at the first reading, and by how many. Behind: the features, four numbers each, the places of those that tell and
+that are told, the numbers of these (`rtec.predictors.warm.begin`), then those of the regressor."""
+NUMBERS_HEAD = 6
 PLACE, LAG, POWER, HELD = range(4)
 """Of a feature: the input, its time constant in s, the power of its heat (0: none), whether it is held."""
 FEATURE_NUMBERS = 4
+BEGIN_HEAD = 3
+"""Of a feature that is told, before its slopes: its lowest and highest value, and a constant."""
 SEEN, LAST_S = range(2)
 MEMORY_HEAD = 2
 """Before the values at the last time, the states behind them, and the room of the regressor."""
@@ -33,7 +36,7 @@ TIME = 0
 
 @helper
 def follow_inputs(numbers: Floats, inputs: Floats, memory: Floats) -> None:
-    """Bring the states in the memory up to the time of the inputs; in balance with them at the first reading.
+    """Bring the states in the memory up to the time of the inputs; at the first reading they begin.
 
     A clock that goes back stands still.
     """
@@ -51,8 +54,30 @@ def follow_inputs(numbers: Floats, inputs: Floats, memory: Floats) -> None:
             passed = passed_s / numbers[at + LAG]
             memory[state] = followed(memory[state], memory[before], value, passed, numbers[at + HELD] > 0.0)
         memory[before] = value
+    if memory[SEEN] == 0.0:
+        begin_states(numbers, memory[MEMORY_HEAD + count : MEMORY_HEAD + 2 * count])
     memory[LAST_S] = inputs[TIME] if memory[SEEN] == 0.0 else memory[LAST_S] + passed_s
     memory[SEEN] = 1.0
+
+
+@helper
+def begin_states(numbers: Floats, states: Floats) -> None:
+    """Let what lags begin as temperatures tell it; it is in balance, and stays so where nothing is told."""
+    told, seen = int(numbers[TOLD]), int(numbers[SEEN_AT_ONCE])
+    places = NUMBERS_HEAD + FEATURE_NUMBERS * int(numbers[FEATURES])
+    for row in range(told):
+        at = places + seen + told + row * (BEGIN_HEAD + seen)
+        state = numbers[at + 2]
+        for k in range(seen):
+            state += numbers[at + BEGIN_HEAD + k] * states[int(numbers[places + k])]
+        states[int(numbers[places + seen + row])] = min(max(state, numbers[at]), numbers[at + 1])
+
+
+@helper
+def regressor_at(numbers: Floats) -> int:
+    """Return where the numbers of the regressor begin."""
+    told, seen = int(numbers[TOLD]), int(numbers[SEEN_AT_ONCE])
+    return NUMBERS_HEAD + FEATURE_NUMBERS * int(numbers[FEATURES]) + seen + told * (1 + BEGIN_HEAD + seen)
 
 
 @step
@@ -66,7 +91,7 @@ def answered(regressor: Any, numbers: Floats, inputs: Floats, memory: Floats, sd
     """Return the deviation in mm that a regressor answers; its standard deviation in mm stands in ``sd`` then."""
     follow_inputs(numbers, inputs, memory)
     count = int(numbers[FEATURES])
-    own = numbers[NUMBERS_HEAD + FEATURE_NUMBERS * count :]
+    own = numbers[regressor_at(numbers) :]
     columns, room = memory[MEMORY_HEAD + count : MEMORY_HEAD + 2 * count], memory[MEMORY_HEAD + 2 * count :]
     answer = regressor(own, columns, room, sd)
     sd[0] = numbers[MM_OF_SD] * max(sd[0], numbers[LEAST_SD])

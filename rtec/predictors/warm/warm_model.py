@@ -14,6 +14,7 @@ from rtec.predictors._kernels import NINETY
 from rtec.predictors.binding import OF_TEMPERATURE
 from rtec.predictors.motion_file import MM_OF
 from rtec.predictors.warm import _warm_kernels as kernels
+from rtec.predictors.warm.begin import Begin, begun_columns, lagging, seen_at_once
 from rtec.predictors.warm.features import HEAT_POWER, SPINDLE_SPEED, Feature, columns_of
 from rtec.predictors.warm.kinds import compiled_model
 from rtec.predictors.warm.regressor import Regressor
@@ -25,8 +26,8 @@ MOST_FEATURES = 1000
 class WarmModel:
     """What temperatures and speeds say of one displacement.
 
-    It remembers what lags. At the first reading, and wherever a log begins anew, all that lags is in balance with its
-    sensor, as in a machine that has stood for long.
+    It remembers what lags. At the first reading, and wherever a log begins anew, temperatures tell where that begins;
+    without a ``begin`` it is in balance with its sensor, as in a machine that has stood for long.
 
     Parameters
     ----------
@@ -34,6 +35,8 @@ class WarmModel:
         What the regressor sees, in its order.
     regressor
         Fitted to the columns of these features.
+    begin
+        What temperatures tell of what lags, at the first reading.
     observe
         The channel that it predicts, as in ``ch3``.
     unit
@@ -50,8 +53,8 @@ class WarmModel:
     Raises
     ------
     ArgumentError
-        No features or more or fewer than the regressor takes, an input that is no temperature or speed, a lag below
-        0, a range of no input, or caution without an interval.
+        No features, more or fewer than the regressor takes, a beginning of other features, an input that is no
+        temperature or speed, a lag below 0, a range of no input, or caution without an interval.
 
     Notes
     -----
@@ -71,6 +74,7 @@ class WarmModel:
     regressor: Regressor
     observe: str
     unit: str = "um"
+    begin: Begin | None = None
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     interval: float | None = None
     sign: int = 1
@@ -80,6 +84,8 @@ class WarmModel:
         object.__setattr__(self, "features", tuple(self.features))
         _check_features(self.features)
         _check_width(self.regressor, len(self.features))
+        if self.begin is not None and self.begin.features != self.features:
+            raise ArgumentError("begin", "one of other features", "one of the features of the model")
         if self.sign not in (1, -1):
             raise ArgumentError("sign", repr(self.sign)[:60], "1 or -1")
         if self.interval is not None and not 0.0 <= self.interval < math.inf:
@@ -103,7 +109,7 @@ class WarmModel:
         ArgumentError
             A feature of an input that is not there.
         """
-        return self.regressor.predict(columns_of(self.features, time_s, inputs, starts))
+        return self.regressor.predict(begun_columns(self.features, self.begin, time_s, inputs, starts))
 
     def balanced(self, inputs: Mapping[str, float], since_s: float = math.inf) -> float:
         """Return the channel, in its unit, where all inputs have stood at these values.
@@ -140,13 +146,17 @@ class WarmModel:
             raise ArgumentError("model", f"of {self.observe} in {self.unit or 'no unit'}", "one in um or mm")
         mm_of_unit = MM_OF[self.unit]
         sure = (mm_of_unit, (self.interval or 0.0) / NINETY) if self.cautious else (0.0, 0.0)
-        head = [self.sign * mm_of_unit, *sure, float(len(self.features))]
+        told = lagging(self.features) if self.begin is not None else []
+        seen = seen_at_once(self.features) if told else []
+        head = [self.sign * mm_of_unit, *sure, *map(float, (len(self.features), len(told), len(seen)))]
         places = self.inputs
         rows = [
             (places.index(one.of), one.lag_s, HEAT_POWER if one.heat else 0.0, one.of == SPINDLE_SPEED)
             for one in self.features
         ]
-        return np.concatenate([head, np.ravel(np.array(rows, dtype=np.float64)), self.regressor.numbers])
+        parts = [head, np.ravel(np.array(rows, dtype=np.float64)), np.array([*seen, *told], dtype=np.float64)]
+        begin = [] if self.begin is None else [self.begin.numbers.ravel()]
+        return np.concatenate([*parts, *begin, self.regressor.numbers])
 
     @property
     def memory(self) -> Floats:

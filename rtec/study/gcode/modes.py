@@ -38,6 +38,8 @@ _NOTED = {
 }
 _NOTED["G42"] = _NOTED["G41"]
 _CALLS = frozenset({97.0, 98.0})
+_STEPS = {"X": "U", "Y": "V", "Z": "W"}
+"""What lathes read as a step of an axis."""
 _FLOW = frozenset({
     "GOTO", "GOTOF", "GOTOB", "IF", "WHILE", "DO", "FOR", "LOOP", "REPEAT", "UNTIL", "CALL", "MCALL", "EXTCALL",
     "SUB", "PROC", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR", "CYCLE", "DIAMON",
@@ -92,12 +94,19 @@ class Modes:
                 self.note(_NOTED[code])
         return "G4" not in line.codes and not _AWAY & set(line.codes) and not _ZEROS & set(line.codes)
 
-    def leaves(self, line: Line) -> bool:
-        """Return whether a line goes where nobody knows from the program, and say so."""
+    def left_behind(self, line: Line) -> set[str]:
+        """Return the axes whose places nobody knows behind a line that is not followed; of the corrected one say so.
+
+        A move to nowhere leaves those that it names, all where it names none; a new zero those that it names.
+        """
+        named = line.letters & set(LINEAR + ROTARY) | {one for one, step in _STEPS.items() if step in line.letters}
         away = sorted(_AWAY & set(line.codes))
-        if away:
+        if not away:
+            return named if _ZEROS & set(line.codes) else set()
+        gone = named or set(LINEAR + ROTARY)
+        if self.axis in gone:
             self.note(f"{away[0]} is left as it is; from there {self.axis} comes from an unknown place")
-        return bool(away)
+        return gone
 
     def _check(self, line: Line, moves: bool) -> None:
         for code in line.codes:
@@ -107,6 +116,10 @@ class Modes:
                 raise self.error(f"{code} moves the zero of {self.axis}", "one zero for the whole program")
         if any(word.letter == "M" and word.value in _CALLS for word in line.words):
             raise self.error("a call of a subprogram", "a program with its moves written out")
+        if sum(word.letter == self.axis for word in line.words) > 1:
+            raise self.error(f"{self.axis} stands twice", f"{self.axis} once in a line")
+        if (step := _STEPS.get(self.axis)) in line.letters and not _AWAY & set(line.codes):
+            raise self.error(f"{step}, which may be a step of {self.axis}", f"moves in {self.axis}")
         flow = [word for word in line.keywords if word.rstrip("0123456789") in _FLOW]
         if flow:
             raise self.error(f"{flow[0]} is not followed", "a program with its moves written out")

@@ -18,6 +18,9 @@ FAR_MM = 1.0
 _AT_END = frozenset({0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 60.0})
 """Words of M that act when the move is over."""
 _ENDS = frozenset({2.0, 30.0})
+_TOOL = 6.0
+_SPLIT = frozenset("NGMFSTDHXYZUVWABC")
+"""Letters of moves that can be split: an E would be pushed out in the first piece."""
 _ROTARY_DIGITS = 5
 _FINER = 3
 """Digits more where a number of the program is written again."""
@@ -56,6 +59,8 @@ class Moves:
     fed: bool = False
     """Whether a feed has been stated."""
     ended: bool = False
+    tapes: int = 0
+    """Lines of % so far: the second ends the program."""
     moves: int = 0
     """Moves of the axis."""
     outside: int = 0
@@ -66,20 +71,32 @@ class Moves:
         self.modes.number += 1
         if self.ended:
             return [text]
+        if text.lstrip().startswith("%"):
+            self.tapes += 1
+            self.ended = self.tapes > 1
+            return [text]
         line = line_of(text)
         if not line.words and not line.letters and not line.keywords and not line.computed:
             return [text]
+        self._check(line)
         before = replace(self.modes) if line.codes else self.modes
         followed = self.modes.take(line)
         if followed:
             found = self._followed(line, before)
         else:
             found = [text]
-            if self.modes.leaves(line):
-                self.at, self.way = dict.fromkeys(LINEAR + ROTARY), 0
+            gone = self.modes.left_behind(line)
+            self.at.update(dict.fromkeys(gone))
+            self.way = 0 if self.modes.axis in gone else self.way
         self.fed = self.fed or "F" in line.letters
         self.ended = any(word.letter == "M" and word.value in _ENDS for word in line.words)
         return found
+
+    def _check(self, line: Line) -> None:
+        if "O" in line.letters and self.moves:
+            raise self.modes.error("a second program in the file", "a file for each program")
+        if any(word.letter == "M" and word.value == _TOOL for word in line.words):
+            self.modes.note("a change of tools may move the axis: its direction is that of the program's places")
 
     def _followed(self, line: Line, before: Modes) -> list[str]:
         words = {word.letter: word for word in line.words if word.letter in LINEAR + ROTARY}
@@ -122,7 +139,8 @@ class Moves:
         own = self.modes.axis
         begin = _known({letter: self.at[letter] for letter in targets})
         end = _known(targets)
-        if self.modes.motion != "G1" or own not in end or own not in begin or begin.keys() != end.keys():
+        known = len(begin) == len(end) == len(targets)
+        if self.modes.motion != "G1" or own not in targets or not known:
             return None
         return Path(own=own, begin=begin, end=end)
 
@@ -160,14 +178,23 @@ class Moves:
         start = self.at[self.modes.axis]
         if start is None:
             self.modes.note(f"{self.modes.axis} comes from an unknown place: taken as forward")
+        elif self.modes.motion == "G1":
+            self.modes.note("another axis comes from an unknown place: the move is not split")
         self.way = _way(start, end_mm) or self.way or FORWARD
         value = self._send(end_mm)
         self.left.see(self.sent_mm, end_mm, self.way, along=False)
         return line.text[: word.begin] + value + line.text[word.end :]
 
     def _split(self, line: Line, words: Mapping[str, Word], path: Path, before: Modes) -> list[str]:
-        pieces = list(self._eased(path))
-        lines = self._taken_up(path, pieces[0], before, line)
+        whole = Piece(0.0, 1.0, _way(path.begin[path.own], path.end[path.own]))
+        straight_on = path.arc is None and self.way and whole.way in (0, self.way)
+        if straight_on and not self.correction.nodes_between(path.begin[path.own], path.end[path.own]):
+            pieces, lines = [whole], []
+        else:
+            pieces = list(self._eased(path))
+            lines = self._taken_up(path, pieces[0], before, line)
+        if len(pieces) > 1 and (odd := sorted(line.letters - _SPLIT - (set() if path.arc is None else set("IJKR")))):
+            raise self.modes.error(f"{odd[0]} in a move that has to be split", "moves of axes alone")
         if len(pieces) + len(lines) > 1 and self.modes.inverse_time:
             raise self.modes.error("a move in inverse time that has to be split", "G94 and a feed")
         if len(pieces) == 1 and path.arc is None:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 _TOKEN = re.compile(
-    r"\([^()]*\)|(?P<comment>;.*)"
+    r"\([^()]*\)|\"[^\"]*\"|(?P<comment>;.*)"
     r"|(?P<keyword>[A-Z_]{2,}[A-Z_0-9]*)"
     r"|(?P<letter>[A-Z])\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+))"
     r"|(?P<other>\S)",
     re.IGNORECASE,
 )
-_EXPRESSION = frozenset("#[]=<>{}$\"'")
+_EXPRESSION = frozenset("#[]=<>{}$\"'(),")
+"""Signs of what is computed, of comments that do not close, and of corners that a control rounds itself (``,R2``)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(NamedTuple):
     """A letter and its number."""
 
     letter: str

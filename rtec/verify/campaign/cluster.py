@@ -69,8 +69,9 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """Return how many there are at present."""
-        return max(len(self._client.scheduler_info(n_workers=-1)["workers"]), 1)
+        """Return how many jobs they run at once, at present."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(sum(threads.values()), 1)
 
     def _check(self, function: str) -> None:
         here = code_of(function)
@@ -87,7 +88,7 @@ class Cluster:
             The scheduler is lost, or a worker that came later has other code.
         """
         running: dict[Any, Batch] = {}
-        completed = self._dask.as_completed()
+        completed = self._dask.as_completed(loop=self._client.loop)
 
         def submit(batch: Batch) -> None:
             addresses = "".join(address for address, _ in batch.jobs)

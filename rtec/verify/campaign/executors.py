@@ -140,7 +140,10 @@ class Processes:
         try:
             while True:
                 while len(waiting) < _AHEAD * self.workers and (batch := next(batches, None)) is not None:
-                    waiting[pool.submit(carry_out, batch)] = batch
+                    try:
+                        waiting[pool.submit(carry_out, batch)] = batch
+                    except BrokenProcessPool:  # a process died since; the batch has been taken, and must not be lost
+                        return [*waiting.values(), batch]
                 if not waiting:
                     return []
                 for future in wait(waiting, return_when=FIRST_COMPLETED).done:

@@ -179,6 +179,20 @@ class Plan:
         kept = {name: tuple(v for v in values if v in chosen.get(name, values)) for name, values in self.grid.items()}
         return replace(self, grid=kept)
 
+    def counted_by(self, words: Iterable[str]) -> Plan:
+        """Return the plan with its records counted by other parameters.
+
+        Raises
+        ------
+        ArgumentError
+            A word that is no parameter.
+        """
+        by, keys = tuple(words), [one.key for one in self.kind.parameters]
+        for word in by:
+            if self.kind.parameter(word) is None:
+                raise unknown("by", word[:60], keys, noun="parameter")
+        return replace(self, by=by)
+
     def _meant(self, word: str) -> tuple[Parameter, Sequence[Value]]:
         key, equals, text = word.partition("=")
         named = self.kind.parameter(key) if equals else None
@@ -269,15 +283,13 @@ def read_plan(word: str) -> Plan:
     rules = top.raw("only")
     if not isinstance(rules, list):
         raise FileFormatError(path, None, "only is no list of tables", "[[only]]")
-    by = tuple(top.texts("by")) if top.has("by") else tuple(one for one in kind.by)
-    if wrong := [key for key in by if kind.parameter(key) is None]:
-        raise unknown(top.where("by"), wrong[0], keys)
-    return Plan(
-        name=name, about=top.text("about") if top.has("about") else kind.does, kind=kind,
-        seed=top.whole("seed", 0, (1 << 32) - 1), runs=top.whole("runs", 1, _MOST_RUNS), by=by, grid=grid,
-        drawn=drawn,
-        conditions=tuple(_condition(top, kind, grid, rule) for rule in rules),
-    )  # fmt: skip
+    with top.naming(runs="runs", by="by"):
+        plan = Plan(
+            name=name, about=top.text("about") if top.has("about") else kind.does, kind=kind,
+            seed=top.whole("seed", 0, (1 << 32) - 1), runs=top.whole("runs", 1, _MOST_RUNS), by=kind.by, grid=grid,
+            drawn=drawn, conditions=tuple(_condition(top, kind, grid, rule) for rule in rules),
+        )  # fmt: skip
+        return plan.counted_by(top.texts("by")) if top.has("by") else plan
 
 
 def _values(tried: Section, one: Parameter, given: object) -> tuple[Value, ...]:

@@ -89,9 +89,15 @@ class Campaign:
     """Where the plan draws for them."""
 
     @property
+    def by(self) -> list[str]:
+        """Return the names of the parameters by whose values the rows are."""
+        return [one.name for key in self.plan.by if (one := self.plan.kind.parameter(key)) is not None]
+
+    @property
     def good(self) -> bool:
         """Return whether every job has a record, none failed, and none of what has to be proved is unproved."""
-        return not (self.counts.failed or self.raised or self.holes)
+        complete = self.counts.tried + self.counts.not_activated == self.jobs
+        return complete and not (self.counts.failed or self.holes)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data under the names that scripts rely on."""
@@ -108,10 +114,9 @@ class Campaign:
             "seed": self.plan.seed,
             "code": self.code,
             "job_seconds": self.seconds,
-            "by": list(self.plan.by),
+            "by": list(self.by),
             "rows": [
-                dict(zip(self.plan.by, values, strict=True)) | counted.to_dict()
-                for values, counted in self.rows.items()
+                dict(zip(self.by, values, strict=True)) | counted.to_dict() for values, counted in self.rows.items()
             ],
             "total": counts.to_dict(),
             "sensitivity": [index.to_dict() for index in self.sensitivity],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -26,10 +27,10 @@ class SobolIndex:
     """The result: a number of the records."""
     parameter: str
     first: float
-    first_95: tuple[float, float]
-    """Share that the parameter makes alone, with its bootstrap interval of 95 %."""
+    first_95: tuple[float, float] | None
+    """Share that the parameter makes alone, with its bootstrap interval of 95 %; None where the runs give none."""
     total: float
-    total_95: tuple[float, float]
+    total_95: tuple[float, float] | None
     """Share that it has a part in, alone and with others."""
 
     def to_dict(self) -> dict[str, object]:
@@ -78,7 +79,9 @@ def _indices(plan: Plan, where: dict[str, Value], of: str, results: NDArray[np.f
     first, second, *mixed = np.split(results, len(plan.sobol) + 2)
     sampled = {"f_A": first[None], "f_B": second[None], "f_AB": np.array(mixed)[:, None]}
     found: Any = sobol_indices(func=sampled, n=plan.runs, random_state=np.random.default_rng(plan.seed))
-    spread = found.bootstrap(confidence_level=0.95, n_resamples=_RESAMPLES)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # few runs make the difference: the interval is None
+        spread = found.bootstrap(confidence_level=0.95, n_resamples=_RESAMPLES)
     for k, parameter in enumerate(plan.sobol):
         yield SobolIndex(
             where=where,
@@ -91,5 +94,6 @@ def _indices(plan: Plan, where: dict[str, Value], of: str, results: NDArray[np.f
         )
 
 
-def _interval(interval: Any, k: int) -> tuple[float, float]:
-    return float(interval.low.flat[k]), float(interval.high.flat[k])
+def _interval(interval: Any, k: int) -> tuple[float, float] | None:
+    low, high = float(interval.low.flat[k]), float(interval.high.flat[k])
+    return (low, high) if np.isfinite([low, high]).all() else None

@@ -72,8 +72,10 @@ class Store:
 
     def __init__(self, path: Path | str) -> None:
         self.path = path
-        with self._said():
+        try:
             self._connection = sqlite3.connect(path, timeout=_WAIT_S, isolation_level=None)
+        except sqlite3.OperationalError as error:
+            raise OutputError(f"{path}: {error}; name a file in a folder that exists and can be written") from error
         try:
             with self._said():
                 self._open()
@@ -91,7 +93,6 @@ class Store:
 
     def _open(self) -> None:
         run = self._connection.execute
-        run("PRAGMA busy_timeout = 120000")
         if run("PRAGMA journal_mode = WAL").fetchone()[0] not in ("wal", "memory"):
             raise OutputError(
                 f"{self.path}: the file system does not allow SQLite's write-ahead mode; use a local one"

@@ -73,6 +73,32 @@ def test_a_number_of_nodes_is_spread_over_the_axis(here, answer):
     assert read_model("n.toml").terms[0].shape.nodes == (0.0, 10.0, 400.0)
 
 
+def test_several_sensors_are_added_at_once_with_a_lag_each(here, answer):
+    hours = np.arange(240) / 30.0
+    speed = np.repeat([0.0, 3000.0, 0.0, 5000.0, 1000.0, 0.0], 40)
+    nut = 20.0 + 0.5 * np.cumsum(speed / 3000.0 - 0.4) / 40.0
+    moved = 3.0 * (nut - 20.0) + (speed / 1000.0) ** (5 / 3)
+    lines = ["time_s,spindle_rpm,temperature_nut_degc,temperature_bed_degc,ch1_um"]
+    lines += [
+        f"{3600 * t:.0f},{n:.0f},{k:.4f},{20 + np.sin(t):.4f},{y + 0.1 * np.sin(40 * t):.4f}"
+        for t, n, k, y in zip(hours, speed, nut, moved, strict=True)
+    ]
+    (here / "warm.csv").write_text("\n".join(lines) + "\n")
+    both = ["thermal_shift", "warm.csv", "--observe", "ch1", "--sensor", "nut,spindle"]
+    document = answer(*both, "-o", "warm.toml")
+    assert [step["effect"] for step in document["steps"]] == ["thermal_shift", "thermal_shift"]
+    assert document["rms_after"] < 0.15 < document["rms_before"]
+    assert document["heldout_by"] == "block"
+    assert document["rms_heldout_rows"] < 0.15
+    nut_term, spindle_term = read_model("warm.toml").terms
+    assert (nut_term.shape.sensor, spindle_term.shape.sensor) == ("temperature_nut", "spindle")
+    assert 1e3 * nut_term.amplitudes[0] == pytest.approx(3.0, rel=0.05)
+    assert 1e3 * spindle_term.amplitudes[0] == pytest.approx(1.0, rel=0.05)
+    assert 'at_1000_rpm = "' in (here / "warm.toml").read_text()
+    answer(*both, "--lag", "10 min, 1 h", "-o", "lagged.toml")
+    assert [term.shape.lag for term in read_model("lagged.toml").terms] == [600.0, 3600.0]
+
+
 def test_the_terminal_shows_the_staircase_and_the_file(here, said):
     code, out, err = said("backlash", "z.csv", "--model", "lead.toml", "-o", "m.toml")
     assert code == 0
@@ -127,6 +153,11 @@ def test_what_exists_is_not_overwritten(here, said, refused):
         (["cyclic", "z.csv", "-o", "m.toml", "--harmonics", "two"], "--harmonics"),
         (["cyclic", "z.csv", "-o", "m.toml", "--period", "5"], "--period"),
         (["backlash", "z.csv", "-o", "m.toml", "--perod", "5 mm"], "did you mean '--period'?"),
+        (["backlash", "z.csv", "-o", "m.toml", "--blocks", "batch"], "--blocks: 'batch' is not valid"),
+        (
+            ["thermal_shift", "z.csv", "-o", "m.toml", "--sensor", "a,b,c", "--lag", "1 h, 2 h"],
+            "--lag: 1 h, 2 h is not valid; use one lag, or one for each of 3 sensors",
+        ),
     ],
 )
 def test_bad_words_are_one_line_and_2(here, refused, words, says):

@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,6 +54,13 @@ def test_a_campaign_in_which_all_is_well_exits_with_0(capsys):
     assert said(capsys, "mine.toml", "--workers", "1", "--only", "pass")[0] == 0
     code, out, _ = said(capsys, "mine.toml", "--only", "pass,fail", "--count", "--json")
     assert (code, json.loads(out)) == (0, {"plan": "mine", "jobs": 80, "done": 40})
+
+
+def test_records_are_counted_by_any_parameters(capsys):
+    words = ("mine.toml", "--only", "pass,fail", "--runs", "2", "--workers", "1", "--json")
+    rows = [json.loads(said(capsys, *words, "--by", by)[1])["rows"] for by in ("wait, fate", "level")]
+    assert [(row["wait_s"], row["fate"], row["jobs"]) for row in rows[0]] == [(0.0, "pass", 2), (0.0, "fail", 2)]
+    assert [(row["level"], row["passed"], row["failed"]) for row in rows[1]] == [(0, 2, 2)]
 
 
 def test_a_record_that_cannot_be_repeated_is_told(capsys):
@@ -104,12 +112,18 @@ def test_plans_are_listed_and_shown(capsys, tmp_path):
             "--workers does not go with --scheduler",
         ),
         (["mine.toml", "--csv", "a.txt"], ".csv"),
+        (
+            ["mine.toml", "--by", "fates"],
+            "'fates' is not a parameter; use one of fate, size, wait, level; did you mean",
+        ),
+        (["mine.toml", "--store", "none/s.db"], "none/s.db: unable to open database file; name a file in a folder"),
     ],
 )
 def test_what_is_refused(capsys, words, said_):
     code, out, err = said(capsys, *words)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert said_ in err
+    assert not list(Path().glob("*.db*"))
 
 
 def begun(*words):
@@ -157,6 +171,15 @@ def test_ctrl_c_says_how_to_go_on_and_the_same_command_does(capsys, tmp_path):
     assert 0 < before < 60
     code, out, _ = said(capsys, "slow.toml", "--store", "s.db", "--workers", "1", "--json")
     assert (code, json.loads(out)["done"], stored()) == (0, 60, (60, 60))
+
+
+def test_two_commands_at_once_share_the_work_and_count_each_job_once(capsys, tmp_path):
+    slow_plan(tmp_path, 100, "20 ms")
+    both = [begun("--workers", "1", "--json") for _ in range(2)]
+    for process in both:
+        out, err = process.communicate(timeout=60)
+        assert (process.returncode, json.loads(out)["passed"]) == (0, 100), err
+    assert stored() == (100, 100)
 
 
 @pytest.mark.sweep

@@ -158,3 +158,18 @@ def test_a_file_that_appears_during_the_training_is_not_overwritten(files, capsy
     assert main(["train", str(files / "axis.csv"), *words]) == 2
     assert "exists" in capsys.readouterr().err
     assert file.read_text() == "of somebody else"
+
+
+def test_of_heat_a_table_holds_the_mean_and_it_is_said_how_much_that_leaves(tmp_path, capsys):
+    rng = np.random.default_rng(5)
+    lines = ["run,direction,target_mm,temperature_screw_degc,deviation_um"]
+    for run, degc in enumerate((20.0, 22.0, 24.0, 26.0), 1):
+        for way, places in ((1, np.arange(0.0, 501.0, 25.0)), (-1, np.arange(500.0, -1.0, -25.0))):
+            errors = 0.0115 * places * (degc - 20.0) + rng.normal(0.0, 0.5, places.size)
+            lines += [f"{run},{way},{p},{degc},{e:.6f}" for p, e in zip(places, errors, strict=True)]
+    (tmp_path / "hot.csv").write_text("\n".join(lines) + "\n")
+    assert main(["train", str(tmp_path / "hot.csv"), *QUICK]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert (
+        "Of effects, thermal_growth is left out: only its mean is in the table; over the readings it changes" in out
+    )

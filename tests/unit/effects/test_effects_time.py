@@ -38,7 +38,7 @@ def test_a_refit_of_the_time_constant_ends_with_the_measurement(bidirectional):
 def test_growth_follows_only_sensors_that_change(bidirectional):
     heat = {"screw": np.linspace(20.0, 25.0, 210), "air": np.full(210, 20.0), "bed": np.linspace(20.0, 20.6, 210)}
     c = bidirectional(temperatures=heat)
-    assert [shape.sensor for shape in ThermalGrowth().shapes(c)] == ["screw", "bed"]
+    assert list(dict.fromkeys(shape.sensor for shape in ThermalGrowth().shapes(c))) == ["screw", "bed"]
     with pytest.raises(ArgumentError, match="did you mean 'screw'"):
         ThermalGrowth().columns(c, GrowthShape("scrw"))
 
@@ -188,8 +188,43 @@ def test_a_fixed_point_elsewhere_is_growth_from_there(bidirectional):
 
 def test_lags_are_tried_up_to_a_quarter_of_a_timed_measurement(bidirectional):
     c = bidirectional(temperatures={"bed": np.linspace(18.0, 26.0, 210), "head": np.linspace(25.0, 20.0, 210)})
-    for effect, kind in ((ThermalShift(), HeatShape), (ThermalGrowth(), GrowthShape)):
-        lags = sorted({shape.lag for shape in effect.variants(c, kind("bed"))})
-        assert lags[0] == 0.0
-        assert lags[-1] < 0.25 * np.ptp(c.time_s)
-        assert {shape.lag for shape in effect.variants(replace(c, time_s=None), kind("bed"))} == {0.0}
+    for effect in (ThermalShift(), ThermalGrowth()):
+        tried = {shape.lag for shape in effect.shapes(c) if shape.sensor == "head"}
+        assert (min(tried), max(tried)) == (0.0, pytest.approx(0.25 * np.ptp(c.time_s)))
+        assert {shape.lag for shape in effect.shapes(replace(c, time_s=None))} == {0.0}
+        plain, lagged = (next(s for s in effect.shapes(c) if (s.lag > 0.0) is lags) for lags in (False, True))
+        assert effect.tried(c, plain) == 2
+        assert effect.tried(c, lagged) >= 2 * len(tried)
+
+
+def test_what_a_spindle_heats_follows_its_speed(bidirectional):
+    """Against a body in small steps, heated by n^(5/3) of the speed that each reading holds until the next."""
+    c = bidirectional(spindle_rpm=np.repeat([0.0, -3000.0, 6000.0, 1000.0, 0.0, 0.0], 35))
+    lag, step_s = 600.0, 0.5
+    at = np.arange(0.0, c.time_s[-1] + step_s, step_s)
+    heat = (np.abs(c.spindle_rpm) / 1000.0) ** (5.0 / 3.0)
+    held = heat[np.searchsorted(c.time_s, at, side="right") - 1]
+    state, body = held[0], []
+    for value in held:
+        body.append(state)
+        state += step_s * (value - state) / lag
+    expected = np.interp(c.time_s, at, body)
+    shape = HeatShape("spindle", lag)
+    assert ThermalShift().contribution(c, shape, [0.002]) == pytest.approx(0.002 * expected, abs=0.002 * 0.02)
+    grown = ThermalGrowth().contribution(c, GrowthShape("spindle", lag), [1e-6])
+    assert grown == pytest.approx(1e-6 * c.position * expected, abs=1e-6 * 400.0 * 0.02)
+    assert ThermalShift().columns(c, HeatShape("spindle"))[:, 0] == pytest.approx(heat)
+    assert {shape.sensor for shape in ThermalShift().shapes(c)} == {"spindle"}
+    units = Units("mm", "mm", "s")
+    (shift,) = ThermalShift().amplitudes(shape, units)
+    growth, at_zero = ThermalGrowth().amplitudes(GrowthShape("spindle", elsewhere=True), units)
+    assert (shift.name, shift.unit, growth.name, growth.unit, at_zero.unit) == (
+        "at_1000_rpm", "um", "at_1000_rpm", "um/m", "um",
+    )  # fmt: skip
+
+
+def test_a_spindle_at_one_speed_shows_no_heat(bidirectional):
+    steady = bidirectional(spindle_rpm=np.full(210, 3000.0))
+    assert "never changes its speed" in ThermalShift().untestable(steady)
+    assert "never changes its speed" in ThermalGrowth().untestable(steady)
+    assert WarmUp().untestable(steady) is None  # what warms up at one speed goes to one end

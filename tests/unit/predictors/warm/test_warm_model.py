@@ -8,7 +8,9 @@ from rtec.errors import ArgumentError, RtecError
 from rtec.predictors import KnownPredictor, read_predictor, write_predictor
 from rtec.predictors._kernels import SAID, SENSORS, TIME, predicted_mm
 from rtec.predictors.binding import bound
-from rtec.predictors.warm.features import Feature
+from rtec.predictors.fitting.warm.begin import fit_begin
+from rtec.predictors.warm.begin import Begin
+from rtec.predictors.warm.features import Feature, columns_of
 from rtec.predictors.warm.kinds import REGRESSORS
 from rtec.predictors.warm.linear import Linear
 from rtec.predictors.warm.warm_model import WarmModel
@@ -21,6 +23,9 @@ FEATURES = (
     Feature(of="spindle_speed", heat=True),
 )
 LINEAR = Linear(centre=[20.0, 0.0, 20.0, 0.0], intercept=1.0, slopes=[2.0, 3.0, -4.0, 0.5], noise_sd=0.5)
+
+BEGIN = Begin(features=FEATURES, numbers=[[0.0, 9.0, 1.5, 0.1], [19.0, 19.5, 0.0, 1.0]])
+"""Of a machine that may be warm: 1.5 + 0.1 t1 of heat; t1, held from 19 to 19.5 degrees, of what lags behind t2."""
 
 
 def log(rows=300, seed=3):
@@ -45,9 +50,10 @@ def asked(made, time_s, inputs):
     return np.array(found).T
 
 
+@pytest.mark.parametrize("begin", [None, BEGIN])
 @pytest.mark.parametrize("kind", REGRESSORS)
-def test_the_compiled_model_follows_a_log(kind):
-    made = model(regressor=one_of_each(kind, features=4), interval=0.0, cautious=True, sign=-1)
+def test_the_compiled_model_follows_a_log(kind, begin):
+    made = model(regressor=one_of_each(kind, features=4), interval=0.0, cautious=True, sign=-1, begin=begin)
     time_s, inputs = log()
     value, sd = made.predict(time_s, inputs)
     error_mm, sd_mm = asked(made, time_s, inputs)
@@ -75,6 +81,31 @@ def test_a_log_that_begins_anew_is_in_balance_there():
     later = {name: values[120:] for name, values in inputs.items()}
     assert whole[120:] == pytest.approx(model().predict(time_s[120:], later)[0], abs=1e-12)
     assert abs(whole - model().predict(time_s, inputs)[0])[120] > 0.01
+
+
+def test_temperatures_tell_where_what_lags_begins():
+    inputs = {"temperature_t1": [22.0, 30.0], "temperature_t2": [25.0, 25.0], "spindle_speed": [0.0, 0.0]}
+    inputs = {name: np.array(values) for name, values in inputs.items()}
+    only = Linear(centre=np.zeros(4), intercept=0.0, slopes=[1.0, 1e3, 1e6, 0.0])
+    found = model(regressor=only, begin=BEGIN).predict(np.array([0.0, 70.0]), inputs, (0,))[0]
+    second = 25.0 + (19.5 - 25.0) * np.exp(-70.0 / 90.0)
+    expected = [22.0 + 1e3 * 3.7 + 1e6 * 19.5, 30.0 + 1e3 * 3.7 * np.exp(-0.1) + 1e6 * second]
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_log_cut_from_a_warm_machine_is_predicted_as_the_whole_of_it():
+    time_s = np.arange(0.0, 40_000.0, 60.0)
+    inputs = {"spindle_speed": np.where(time_s % 20_000.0 < 9000.0, 4000.0, 0.0)}
+    heat = Feature(of="spindle_speed", lag_s=2000.0, heat=True)
+    warm = columns_of((heat,), time_s, inputs)[:, 0]
+    inputs["temperature_t1"] = 20.0 + warm  # a thermometer that follows as what it tells does
+    features = (Feature(of="temperature_t1"), heat)
+    begin = fit_begin(features, columns_of(features, time_s, inputs))
+    made = model(features=features, regressor=Linear(centre=[0, 0], intercept=0.0, slopes=[0.0, 1.0]), begin=begin)
+    cut = slice(120, None)  # in the middle of the first run
+    later = made.predict(time_s[cut], {name: values[cut] for name, values in inputs.items()})[0]
+    assert later == pytest.approx(made.predict(time_s, inputs)[0][cut], abs=0.02)
+    assert warm[120] > 8.0
 
 
 def test_a_clock_that_stands_or_goes_back_moves_nothing():
@@ -126,6 +157,7 @@ def test_outside_of_its_trained_temperatures_it_says_nothing():
         ({"features": (Feature(of="pressure"),)}, "'pressure'"),
         ({"features": (Feature(of="temperature_t1", lag_s=-1.0),)}, "a lag of -1 s"),
         ({"sign": 2}, "sign"),
+        ({"features": FEATURES[:1] * 4, "begin": BEGIN}, "of other features"),
         ({"interval": -1.0}, "interval"),
         ({"cautious": True}, "without an interval"),
         ({"ranges": {"temperature_t3": (0.0, 1.0)}}, "temperature_t3"),
@@ -151,7 +183,7 @@ def test_a_channel_that_is_no_length_predicts_logs_and_no_axis():
 def test_a_file_gives_back_the_same_numbers(tmp_path, kind):
     ranges = {"temperature_t1": (18.0, 1 / 3), "spindle_speed": (0.0, 5000.0)}
     ranges["temperature_t1"] = (1 / 3, 30.0)
-    made = model(regressor=one_of_each(kind, features=4), ranges=ranges, interval=0.1 + 0.2, sign=-1)
+    made = model(regressor=one_of_each(kind, features=4), ranges=ranges, interval=0.1 + 0.2, sign=-1, begin=BEGIN)
     file = tmp_path / "warm.toml"
     write_predictor(file, KnownPredictor(predictor=made, name="lags", source="spindle.csv", axis=3))
     known = read_predictor(file)
@@ -172,6 +204,9 @@ def test_a_file_gives_back_the_same_numbers(tmp_path, kind):
         (("observe = ", "observed = "), "unknown key 'observed'.*did you mean 'observe'"),
         (('of = "temperature_t2"', 'of = "heat"'), "features: 'heat'"),
         (('lag = "700.0 s"', 'lag = "700"'), r"feature\[2\]\.lag"),
+        (("begin = [0.0, 9.0, 1.5, 0.1]", "begin = [0.0, 9.0, 1.5]"), r"feature\[2\]\.begin: 3 numbers"),
+        (("begin = [0.0, 9.0, 1.5, 0.1]\n", ""), r"feature\[2\]\.begin: none"),
+        (('lag = "700.0 s"\n', ""), r"feature\[2\]\.begin: one that does not lag"),
         (("heat = true", "heat = 1"), "heat"),
         (("temperature_t1 = [", "temperature_t9 = ["), "temperature_t9"),
         (("temperature_t1 = [18.0, 30.0]", "temperature_t1 = [18.0]"), r"ranges\.temperature_t1"),
@@ -188,7 +223,7 @@ def test_a_file_gives_back_the_same_numbers(tmp_path, kind):
 )  # fmt: skip
 def test_a_damaged_file_is_one_clear_error(tmp_path, change, says):
     file = tmp_path / "warm.toml"
-    made = model(ranges={"temperature_t1": (18.0, 30.0)}, sign=-1)
+    made = model(ranges={"temperature_t1": (18.0, 30.0)}, sign=-1, begin=BEGIN)
     write_predictor(file, KnownPredictor(predictor=made, name="lags"))
     text = file.read_text()
     assert change[0] in text

@@ -181,6 +181,13 @@ def test_beyond_the_table_the_error_of_its_end_is_held_and_counted(tmp_path):
         ("G0 X0 Y0\nG2 X4 Y0 R1", "radius 1 mm"),
         ("G0 X0 Y0\nG2 X4 Y0 I2 P2", "several turns"),
         ("/G1 X4", "may be skipped"),
+        ("G1 X4 X5", "X stands twice"),
+        ("G0 X4\nG1 U-2", "U, which may be a step of X"),
+        ("G0 X0\nG1 X90 ,R2", "computed"),
+        ("G0 X0\nG1 X90 R2", "R in a move that has to be split"),
+        ("G0 X0\nG1 X90 E5", "E in a move that has to be split"),
+        ("O1\nG0 X4\nM99\nO2\nX5", "line 4: a second program"),
+        ("(note (a) X20)", "something computed"),
         ("G123 X4", "G123 with X is not known"),
         ("G0 X0\nG93 G1 X100 F2", "inverse time"),
         ("G0 X0\nG91 G81 X3 Z-1 L4", "repeated in increments"),
@@ -204,6 +211,19 @@ def test_after_a_move_to_nowhere_the_axis_comes_from_an_unknown_place(tmp_path, 
     text, done = corrected(tmp_path, f"G0 X0\nG1 X5 F9\n{code}\nG90 G1 X100\n")
     assert text.splitlines()[-2] == code and text.splitlines()[-1].startswith("G90 G1 X")
     assert any(code.split()[0] in sentence for sentence, _ in done.notes)
+
+
+def test_the_other_axes_go_away_alone(tmp_path):
+    text, done = corrected(tmp_path, "G0 X0 Z9\nG28 Z0\nG28 W0\nG91 G1 X100 F9\n")
+    _, other = corrected(tmp_path, "G0 X0 A5\nG92 A0\nG91 G1 X100 A7 F9\n")  # A is known no more
+    assert [one for one, _ in other.notes][-1] == "another axis comes from an unknown place: the move is not split"
+    assert len(text.splitlines()) > 9 and all("unknown" not in one or "forward" in one for one, _ in done.notes)
+
+
+def test_texts_and_what_follows_the_end_are_no_moves(tmp_path):
+    program = 'MSG("X axis, G1 X5")\n%\nG0 X1\n%\nX5\n'
+    text, done = corrected(tmp_path, program)
+    assert text.splitlines()[0] == program.splitlines()[0] and text.splitlines()[-1] == "X5" and done.moves == 1
 
 
 def test_what_is_computed_beside_the_axis_is_left(tmp_path):

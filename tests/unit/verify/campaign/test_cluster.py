@@ -29,7 +29,7 @@ def cluster_of(workers):
 
 @pytest.fixture(scope="module")
 def scheduler():
-    with cluster_of(2) as local, distributed.Client(local) as client:
+    with cluster_of(2) as local, distributed.Client(local, set_as_default=False) as client:
         client.run(_find_tests, os.getcwd())
         yield local.scheduler_address
 
@@ -68,7 +68,7 @@ def _age(version):
 
 
 def test_a_worker_with_other_code_is_refused(scheduler):
-    with distributed.Client(scheduler) as client:
+    with distributed.Client(scheduler, set_as_default=False) as client:
         client.run(_age, "0.0.1")
         try:
             with pytest.raises(RtecError, match=r"worker tcp://.* has other code: rtec 0.0.1, .*; here: rtec"):
@@ -97,7 +97,7 @@ def test_a_lost_scheduler_is_said_and_the_same_plan_resumes(plan):
     small = replace(small, grid={**small.grid, "wait_s": (0.2,)})
     with Store(":memory:") as store:
         local = cluster_of(1)
-        with distributed.Client(local) as client:
+        with distributed.Client(local, set_as_default=False) as client:
             client.run(_find_tests, os.getcwd())
             with (
                 pytest.raises(RtecError, match=r"is lost; what is stored is whole, the same command resumes"),

@@ -1,5 +1,6 @@
 """Campaigns: what is missing is run, what is there is not, and everything is counted once."""
 
+import csv
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -7,7 +8,7 @@ import pytest
 
 from rtec.verify.campaign import code
 from rtec.verify.campaign.executors import Batch, OtherCodeError, Processes, Serial, carry_out
-from rtec.verify.campaign.export import write_csv, write_junit
+from rtec.verify.campaign.export import write_csv, write_junit, write_parquet
 from rtec.verify.campaign.job import Job
 from rtec.verify.campaign.plan import read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
@@ -130,6 +131,21 @@ def test_batches_grow_to_a_second_and_end_together(plan, monkeypatch):
         run_campaign(replace(plan.only(["pass"]), runs=500), store, Quick())
     assert (sizes[0], max(sizes), sum(sizes)) == (1, 50, 500)
     assert sizes[-1] == 1
+
+
+def test_parquet_holds_the_same_as_csv(plan, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    small = replace(plan.only(["pass", "fail"]), runs=2)
+    with Store(":memory:") as store:
+        run_campaign(small, store, Serial())
+        addresses = addresses_of(small)
+        write_csv(tmp_path / "a.csv", lambda: store.records(addresses), "again")
+        write_parquet(tmp_path / "a.parquet", lambda: store.records(addresses), "again")
+    table = parquet.read_table(tmp_path / "a.parquet")
+    with (tmp_path / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert table.column_names == list(rows[0])
+    assert [{name: str(value) for name, value in row.items()} for row in table.to_pylist()] == rows
 
 
 def test_exports_hold_a_row_for_each_job(plan, tmp_path):
