@@ -14,7 +14,7 @@ from rtec.dataset.from_measurement import run_numbers
 from rtec.dataset.warm_blocks import FEWEST_BLOCKS, Blocks, blocks_of
 from rtec.dataset.warm_rows import FEWEST_ROWS, continued, usable_rows
 from rtec.effects.conditions import Floats
-from rtec.errors import ArgumentError, FileFormatError, unknown
+from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.metrology import ColumnChoices, Measurement, read_measurement
 from rtec.metrology.columns import axis_of_heading, channel_of_heading, quantity_of_heading
 from rtec.metrology.tables.choices import NO_CHOICES
@@ -113,6 +113,7 @@ def warm_log(
     observe: str | None = None,
     blocks: str | None = None,
     like: WarmLog | None = None,
+    inputs: Sequence[str] = (),
     fewest_blocks: int = FEWEST_BLOCKS,
     choices: ColumnChoices = NO_CHOICES,
 ) -> WarmLog:
@@ -128,6 +129,8 @@ def warm_log(
         A column whose changes start the blocks; None: see `rtec.dataset.warm_blocks.blocks_of`.
     like
         The log that trains, where this one judges: the same displacements and inputs.
+    inputs
+        Those of a model that is judged.
     fewest_blocks
         That are needed: others are looked for where the changes of speed make fewer.
     choices
@@ -136,7 +139,8 @@ def warm_log(
     Raises
     ------
     FileFormatError
-        No time, no temperature and no speed, no displacement, a column of ``like`` that is missing, or too few rows.
+        No time, no temperature and no speed, no displacement, a column of ``like`` or an input that is missing, or
+        too few rows.
     ArgumentError
         A displacement or a column of blocks that the file does not have.
 
@@ -161,11 +165,12 @@ def warm_log(
     if "time" not in measurement.columns:
         raise FileFormatError(name, None, "no time", "a column time_s, or time with another unit")
     outputs, others, notes = _outputs(measurement, observe, None if like is None else list(like.outputs))
-    inputs = _inputs(measurement, like)
+    asked_for = inputs if like is None else tuple(like.inputs)
+    sensors = _inputs(measurement, asked_for, "which the model follows" if like is None else f"but in {like.source}")
     time_s, runs = measurement.columns["time"].values, run_numbers(measurement)
     said = None if blocks is None else _column(measurement, blocks)
-    fixed, asked = like is not None, observe is not None
-    left = usable_rows(time_s, inputs, outputs, others, is_fixed=fixed, asked=asked)
+    fixed, asked = bool(asked_for), observe is not None
+    left = usable_rows(time_s, sensors, outputs, others, is_fixed=fixed, asked=asked)
     rows = left.rows
     if rows.size < FEWEST_ROWS:
         raise FileFormatError(name, None, f"{rows.size} rows", f"{FEWEST_ROWS} or more with every value")
@@ -236,7 +241,7 @@ def _outputs(
     return lengths, {}, [f"not observed, as they are no displacements: {', '.join(others)}"] if others else []
 
 
-def _inputs(measurement: Measurement, like: WarmLog | None) -> dict[str, Floats]:
+def _inputs(measurement: Measurement, asked_for: Sequence[str], why: str) -> dict[str, Floats]:
     columns = measurement.columns
     found = {
         (f"{name}_1" if name == "temperature" else name): column.values
@@ -245,11 +250,12 @@ def _inputs(measurement: Measurement, like: WarmLog | None) -> dict[str, Floats]
     }
     if SPINDLE in columns:
         found[SPINDLE_SPEED] = columns[SPINDLE].values
-    if like is not None:
-        if missing := [name for name in like.inputs if name not in found]:
-            problem = f"no {', '.join(missing)} here, but in {like.source}"
-            raise FileFormatError(measurement.source, None, problem, "the same sensors in both files")
-        return {name: found[name] for name in like.inputs}
+    if missing := [name for name in asked_for if name not in found]:
+        hint = nearest(missing[0], found) if found else ""
+        problem = f"no {', '.join(missing)} here, {why}"
+        raise FileFormatError(measurement.source, None, problem, "; ".join(filter(None, ("the same sensors", hint))))
+    if asked_for:
+        return {name: found[name] for name in asked_for}
     if not found:
         allowed = "a column such as temperature_nose_degc or spindle_rpm"
         raise FileFormatError(measurement.source, None, "no temperature and no speed of a spindle", allowed)

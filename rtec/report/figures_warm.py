@@ -108,7 +108,7 @@ def _draw_ranking(axes: Axes, result: WarmComparison) -> None:
     axes.set_ylim(-0.7, y.size - 0.3)
     axes.set_xlabel("error, RMS over the channels, µm")
     axes.set_title("All models")
-    axes.legend(loc="lower right", fontsize=7.5)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.4, -0.14), ncols=3, fontsize=7.5)
     magnitudes(axes, "x", shown)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.dataset.warm_log import WarmLog, warm_log
 from rtec.effects import Floats
-from rtec.errors import ArgumentError, FileFormatError, nearest
+from rtec.errors import ArgumentError
 from rtec.metrology import ColumnChoices
 from rtec.metrology.tables.choices import NO_CHOICES
 from rtec.predictors.motion_file import MM_OF
@@ -61,12 +61,9 @@ def warm_residual(
     """
     if model.unit not in MM_OF:
         raise ArgumentError("--model", f"of {model.observe} in {model.unit}", "a model of a displacement in um or mm")
-    log = warm_log(source, observe=model.observe, blocks=blocks, fewest_blocks=1, choices=choices)
-    for name in model.inputs[1:]:
-        if name not in log.inputs:
-            problem = f"no {name}, which the model follows"
-            allowed = "; ".join(filter(None, ("a log with this column", nearest(name, log.inputs))))
-            raise FileFormatError(log.source, None, problem, allowed)
+    log = warm_log(
+        source, observe=model.observe, blocks=blocks, inputs=model.inputs[1:], fewest_blocks=1, choices=choices
+    )
     predicted, _ = model.predict(log.time_s, log.inputs, log.starts)
     left = next(iter(log.outputs.values())) - predicted * MM_OF[model.unit] * _UM_PER_MM
     answered = np.isfinite(left)
