@@ -7,6 +7,7 @@ import pytest
 
 from rtec.errors import ArgumentError
 from rtec.predictors import NoError, StepModel
+from rtec.predictors._kernels import SD
 from rtec.predictors.binding import bound, bound_curve, rests, sensor_names
 
 
@@ -36,7 +37,8 @@ def test_what_is_bound_has_room_of_its_own():
     one, other = bound(MODEL), bound(MODEL)
     assert one[5] is not other[5]
     assert one[6] is not other[6]
-    assert np.isnan(one[-1]).all()
+    assert np.isnan(one[SD]).all()
+    assert one[SD] is not other[SD]
     assert one[-1] is not other[-1]
 
 
