@@ -11,7 +11,7 @@ from rtec.dataset.warm_blocks import blocks_of
 from rtec.dataset.warm_log import UM_PER_MM, WarmLog
 from rtec.errors import ArgumentError
 from rtec.heat.course import HeatCourse
-from rtec.heat.duty import Duty
+from rtec.heat.duty import Duty, Piece
 from rtec.heat.machines import warm_machine
 from rtec.jobs import Report, Workers
 from rtec.machine import Ending, Machine, MeasuringRun, repeated_run, run_machine
@@ -34,6 +34,7 @@ TITLES = {
     "warm": "Corrected by the temperatures",
     "speed": "Corrected by temperatures and speed",
 }
+_STANDING = Piece(duration_s=1.0)
 _ROW_S = 2.0
 _TRAIN_EVERY_S = 60
 _BEYOND = 0.02
@@ -88,8 +89,12 @@ def shift_s(heat: HeatStudy) -> float:
 
 
 def course_of(heat: HeatStudy, duty: Duty) -> HeatCourse:
-    """Return what the machine does over a duty; nothing has grown at its beginning, when the axis was measured."""
-    found = warm_machine(seed=heat.machine).run(duty, seed=heat.seed).course(heat.axis)
+    """Return what the machine does over a duty; before that it stands, as it did when its cold table was measured.
+
+    What has grown counts from there: a spindle at speed is displaced at once, without any heat.
+    """
+    standing_first = Duty((_STANDING, *duty.pieces))
+    found = warm_machine(seed=heat.machine).run(standing_first, seed=heat.seed).course(heat.axis)
     shift_mm, per_mm = (np.asarray(column, dtype=np.float64) for column in (found.shift_mm, found.per_mm))
     return replace(found, shift_mm=shift_mm - shift_mm[0], per_mm=per_mm - per_mm[0])
 

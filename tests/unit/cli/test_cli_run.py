@@ -130,6 +130,9 @@ def test_what_a_model_file_loses_as_a_predictor_is_warned_of(study, capsys):
 
 def test_the_builtin_study_is_written_to_be_changed_and_over_nothing(study, capsys):
     file = study.parent / "mine.toml"
+    assert main(["run", "warm", "--write-study", str(file)]) == 0
+    assert "[heat]" in file.read_text(encoding="utf-8")
+    file.unlink()
     assert main(["run", "--write-study", str(file)]) == 0
     assert file.read_text() == builtin_text()
     file.write_text("# mine\n")

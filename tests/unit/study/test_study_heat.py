@@ -136,6 +136,14 @@ def test_a_shift_too_short_for_a_calibration_is_refused(tmp_path):
         shift_of(study)
 
 
+def test_what_grows_counts_from_a_machine_that_stands(short):
+    study, _ = short
+    course = course_of(study.heat, study.heat.duty)
+    assert course.growth_mm(0.0, 30.0) == course.growth_mm(0.0, 230.0) == 0.0
+    # at 6000 rpm the balls of its bearings displace the spindle by some 0.4 um for each (1000 rpm)^2, at once
+    assert 0.005 < abs(course.growth_mm(2.0, 30.0)) < 0.030
+
+
 def test_uncorrected_the_axis_shows_its_error_and_what_has_grown(short):
     study, shift = short
     row = shift.rows[0]
