@@ -18,6 +18,7 @@ from rtec.metrology.columns import channel_of_heading, quantity_of_heading
 NO_POSITION = {
     "time": "no position: time is the coordinate, and what is periodic in position is periodic in time",
     "velocity": "neither time nor position: each row is a reading of its own, and row order counts as time",
+    "temperature": "neither time nor position: each row is a reading of its own",
 }
 """Coordinates that are no position, with a note for each."""
 

@@ -55,16 +55,18 @@ def observable_of(quantity: str) -> Observable:
 
 
 def coordinate_of(measurement: Measurement, positions: Positions, quantity: str, preferred: str | None) -> str:
-    """Return which column is the position: ``target``, ``actual`` or ``time``.
+    """Return what is the position: ``target``, ``actual``, ``time``; or only a ``velocity``, only a ``temperature``.
 
     A deviation belongs to the target, a force to where the axis really is. A table of what was read at each speed has
-    neither position nor time: ``velocity``. Refused is a file without any of them.
+    neither position nor time; nor has one of temperatures. Refused is a file without any of them.
     """
     columns, order = measurement.columns, ("actual", "target") if quantity in DRIVE else ("target", "actual")
     have = [name for name in order if name in positions.values and name != quantity]
     table = "velocity" in columns and "time" not in columns and quantity != "velocity"
     found = preferred if preferred in (*have, "time") else [*have, "velocity" if table else "time"][0]
     if found == "time" and "time" not in columns:
+        if any(name.startswith("temperature") and name != quantity for name in columns):
+            return "temperature"
         allowed = "a column target_mm, actual_mm, time_s or velocity_mm_s (or other units)"
         raise FileFormatError(measurement.source, None, "neither a position nor a time nor a velocity", allowed)
     return found
@@ -74,6 +76,8 @@ def position_of(measurement: Measurement, positions: Positions, coordinate: str)
     """Return the column that is the position, zeros where there is only a velocity, shape (rows,), and its unit."""
     if coordinate == "velocity":
         return np.zeros(measurement.rows), measurement.columns["velocity"].unit.removesuffix("_s")
+    if coordinate == "temperature":
+        return np.zeros(measurement.rows), positions.unit
     if coordinate == "time":
         return measurement.columns["time"].values, "s"
     return positions.values[coordinate], positions.unit

@@ -33,7 +33,7 @@ def held_drive(log: Rows) -> Dataset:
 
 
 def _of_readings(rows: Rows) -> Dataset:
-    over_time = rows.coordinate == "time"
+    over_time = rows.coordinate in ("time", "temperature")
     number_runs = not over_time and "run" not in rows.measurement.columns
     if rows.direction is None and not over_time:
         rows = _direction_of_steps(_one_way_runs(rows) if number_runs else rows)

@@ -75,10 +75,10 @@ class Comparison:
     """Root mean square of the residual, and of that of readings that took no part in the fit."""
     heldout_by: str
     """What was held out: a ``stretch`` or a ``block`` at a time, or the name of the other file."""
-    rms_heldout_rows: float | None
-    """The same with single rows held out; None where there are no blocks, or nothing was fitted."""
     noise: NoiseFloor
     """Noise of one reading."""
+    rms_heldout_rows: float | None = None
+    """The same as ``rms_heldout``, single rows held out; None without blocks, or where nothing was fitted."""
     where: tuple[Where, ...]
     """The quantities that the residual goes with, the largest share first."""
 

@@ -85,7 +85,7 @@ def _document(result: Diagnosis | Comparison, shown: Shown, more: dict[str, Any]
         **_plain(result.dataset, "rows", "observe", "source"),
         "warnings": warnings_of(result.dataset, result.heldout),
         "heldout_by": result.heldout_by,
-        **({} if result.rms_heldout_rows is None else _in_unit(shown, result, "rms_heldout_rows")),
+        "rms_heldout_rows": None if result.rms_heldout_rows is None else shown.number(result.rms_heldout_rows),
         "heldout_rows": (result.heldout or result.dataset).rows,
         "datum": shown.number(result.model.datum),
         "noise": _plain(noise, "from_repeats", "correlation", "white_share", "degrees_of_freedom")

@@ -113,3 +113,19 @@ def test_columns_are_chosen_by_what_blocks_left_out_say():
     assert chosen_by_blocks(np.ones((1, 60)), columns, observed, fold, most=6) == expected
     apart = chosen_by_blocks(np.ones((1, 60)), columns, observed, fold, 6, lambda chosen, new: new not in (2, 5))
     assert not {2, 5} & set(apart)
+
+
+@pytest.mark.parametrize("observe", ["deviation", "ch1"])
+def test_temperatures_without_position_or_time_are_enough(observe):
+    rng = np.random.default_rng(5)
+    bed, air = 20.0 + 5.0 * rng.random((2, 40))
+    moved = 4.0 * (bed - 20.0) + rng.normal(size=40)
+    columns = {"temperature_bed_degc": bed, "temperature_air_degc": air, f"{observe}_um": moved}
+    data = load_dataset(
+        measurement_of_columns({name: list(values) for name, values in columns.items()}), observe=observe
+    )
+    found = diagnose(data)
+    assert (found.verdict, found.model.names) == (Verdict.LIKELY, ("thermal_shift",))
+    (term,) = found.model.terms
+    assert (term.shape.sensor, term.shape.lag) == ("temperature_bed", 0.0)
+    assert 1e3 * term.amplitudes[0] == pytest.approx(4.0, abs=0.4)
