@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtec.dataset.from_measurement import run_numbers
 from rtec.dataset.warm_blocks import FEWEST_BLOCKS, Blocks, blocks_of
-from rtec.dataset.warm_rows import FEWEST_ROWS, continued, usable_rows
+from rtec.dataset.warm_rows import FEWEST_ROWS, continued, from_rest, usable_rows
 from rtec.effects.conditions import Floats
 from rtec.errors import ArgumentError, FileFormatError, nearest, unknown
 from rtec.metrology import ColumnChoices, Measurement, read_measurement
@@ -179,16 +179,17 @@ def warm_log(
         raise FileFormatError(name, None, f"no {what} of use: {'; '.join(left.notes)}", "one that works")
     time_s, starts, breaks = continued(time_s[rows], runs[rows], left.inputs)
     named = None if said is None else (str(blocks), said[rows])
+    warmed, begun = from_rest(time_s, starts, left.inputs)
     found = blocks_of(time_s, left.inputs, runs[rows], starts, said=named, fewest=1 if fixed else fewest_blocks)
     return WarmLog(
         source=name,
         time_s=time_s,
         outputs=left.outputs,
         others=left.others,
-        inputs=left.inputs,
+        inputs=warmed,
         blocks=found,
         starts=starts,
-        notes=(*_notes_of(measurement), *notes, *left.notes, *breaks, *found.notes),
+        notes=(*_notes_of(measurement), *notes, *left.notes, *breaks, *begun, *found.notes),
     )
 
 

@@ -18,6 +18,7 @@ FEWEST_ROWS = 20
 """That are of use."""
 _MOSTLY = 0.5
 _ALIKE = 0.05  # share of its range by which a temperature may differ over a break that the machine did not notice
+_BEGINNING_S, _MOVES = 600.0, 0.02  # of a stretch, and share of its range by which a temperature moves in it
 Columns = Mapping[str, Floats]
 
 
@@ -135,6 +136,32 @@ def continued(time_s: Floats, run: Ints, inputs: Columns) -> tuple[Floats, tuple
     steps = np.where(closed, usual_s, steps)
     starts = 1 + np.flatnonzero((back | gap | ~same_run) & ~closed)
     return time_s[0] + np.concatenate([[0.0], np.cumsum(steps)]), (0, *starts.tolist()), notes
+
+
+def from_rest(time_s: Floats, starts: tuple[int, ...], inputs: Columns) -> tuple[Columns, list[str]]:
+    """Return inputs in which a stretch that begins with a turning spindle begins at rest, and what is said of it.
+
+    What lags is in balance with its sensor where a stretch begins, as if the spindle had turned for hours. Where the
+    temperatures move in the first ten minutes, by 2 % of their ranges on average, it has not: then its speed is 0 in
+    the first row, from which it is held for an interval.
+    """
+    speed = inputs.get(SPINDLE_SPEED)
+    if speed is None:
+        return inputs, []
+    heats = [values for name, values in inputs.items() if name != SPINDLE_SPEED and np.ptp(values) > 0.0]
+    begun, ends = [], (*starts[1:], time_s.size)
+    for start, end in zip(starts, ends, strict=True):
+        later = min(start + int(np.searchsorted(time_s[start:end], time_s[start] + _BEGINNING_S)), end - 1)
+        moved = [abs(values[later] - values[start]) / np.ptp(values) for values in heats]
+        if speed[start] != 0.0 and (not moved or np.mean(moved) > _MOVES):
+            begun.append(start)
+    if not begun:
+        return inputs, []
+    changed = speed.copy()
+    changed[begun] = 0.0
+    where = f"at {time_s[begun[0]]:.6g} s, where a stretch begins"
+    note = f"the spindle turns {where}, and temperatures move: it is taken to have stood before"
+    return {**inputs, SPINDLE_SPEED: changed}, [note]
 
 
 def _stays_warm(inputs: Columns, steps: int) -> NDArray[np.bool_]:

@@ -130,6 +130,16 @@ def test_a_clock_that_was_set_does_not_cool_the_machine():
     assert log.time_s == pytest.approx(time_s)
 
 
+def test_a_spindle_that_turns_in_the_first_row_began_at_rest_where_temperatures_move():
+    keep = slice(120, None)  # from the first row at 2000 rpm on
+    turning = {name: values[keep] for name, values in columns().items()}
+    assert warm_log(measurement_of_columns(turning)).inputs["spindle_speed"][:2].tolist() == [0.0, 2000.0]
+    steady = np.where(MINUTES < 300, 25.0, 25.0 - (MINUTES - 300) / 100.0)  # it has turned for long, and stops
+    warm = columns(spindle_rpm=np.where(MINUTES < 300, 2000.0, 0.0))
+    warm |= {name: steady for name in warm if name.startswith("temperature")}
+    assert warm_log(measurement_of_columns(warm)).inputs["spindle_speed"][0] == 2000.0
+
+
 def test_a_night_between_two_days_starts_anew():
     keep = np.r_[0:200, 480:720]
     table = {name: values[keep] for name, values in columns().items()}
