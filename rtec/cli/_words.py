@@ -26,7 +26,7 @@ FAULTS = (
 """Classes of ``rtec safety``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
-CAMPAIGNS = ("safety", "soak", "envelope", "motions", "blind", "sensitivity")
+CAMPAIGNS = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (

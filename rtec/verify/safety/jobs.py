@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from rtec.injector import Design
+from rtec.machine.fault_kinds import FaultPlace
 from rtec.verify.campaign.job import (
     EXEMPT,
     FAILED,
@@ -16,8 +17,8 @@ from rtec.verify.campaign.job import (
     Parameters,
     Record,
 )
-from rtec.verify.safety.matrix import Outcome, Trial, moments, run_trial
-from rtec.verify.safety.phases import Phase, Twin, hyphened, twin_of
+from rtec.verify.safety.matrix import Outcome, Trial, judged, moments
+from rtec.verify.safety.phases import Phase, Twin, hyphened, new_cell, run_through, twin_of
 from rtec.verify.safety.soak import Episode, EpisodeJob, SoakPlan
 from rtec.verify.safety.variants import VARIANTS, Variant, impossible
 
@@ -28,6 +29,11 @@ def _word(variant: Variant) -> str:
 
 _VARIANTS = {_word(variant): variant for variant in VARIANTS}
 _PHASES = {hyphened(phase.value): phase for phase in Phase}
+_NONE = "none"
+_CLASSES = {
+    "place": {word: variant.kind.place.value.lower() for word, variant in _VARIANTS.items()},
+    "category": {word: hyphened(variant.kind.category.value) for word, variant in _VARIANTS.items()},
+}
 _DESIGN = Choice(name="design", words=tuple(design.value for design in Design))
 
 
@@ -38,25 +44,41 @@ def _twin(phase: Phase, design: Design, run: int) -> Twin:
 
 
 def inject(parameters: Parameters, seed: int, run: int) -> Record:
-    """Inject one fault at a random moment of a phase: one trial of ``rtec safety``, with the same numbers.
+    """Inject one fault, or two, at random moments of a phase: one trial of ``rtec safety``, with the same numbers.
 
     Parameters
     ----------
     parameters
-        ``design``, ``phase``, ``fault``: words.
+        ``design``, ``phase``, ``fault``, ``second`` (another fault, or none): words. Of two, each comes at the moment
+        at which it comes alone; times of detection count from the first effect of ``fault``.
     seed, run
         Of the plan; number of the run, which chooses moment, bits and state at rest.
 
     Examples
     --------
-    >>> record = inject({"design": "c", "phase": "cutting", "fault": "pc-killed"}, seed=1, run=0)
+    >>> words = {"design": "c", "phase": "cutting", "fault": "pc-killed", "second": "none"}
+    >>> record = inject(words, seed=1, run=0)
     >>> record["result"], record["outcome"], record["stopped_by"]
     ('passed', 'safe stop', 'box')
     """
     design, phase = Design.named(str(parameters["design"])), _PHASES[str(parameters["phase"])]
-    variant, twin = _VARIANTS[str(parameters["fault"])], _twin(phase, design, run)
-    moment_ps, bits = moments(seed, twin, phase, design, run)[variant]
-    return trial_record(run_trial(variant, twin, phase, design, run, moment_ps, bits)) | {"moment_ps": moment_ps}
+    twin = _twin(phase, design, run)
+    drawn = moments(seed, twin, phase, design, run)
+    both = [_VARIANTS[word] for name in ("fault", "second") if (word := str(parameters[name])) != _NONE]
+    cell = new_cell(phase, design, run, faults=tuple(variant.fault(phase, *drawn[variant]) for variant in both))
+    run_through(cell, phase)
+    trial = judged(both[0], phase, design, run, cell, twin.cell)
+    record = trial_record(trial) | {"moment_ps": drawn[both[0]][0]}
+    if len(both) == 1:
+        return record
+    beyond = next((where for one in both if (where := one.beyond_supervision(design)) is not None), None)
+    activated = all(one.times > 0 for one in cell.fired)
+    return record | {
+        "result": _result(trial.outcome, beyond, activated=activated),
+        "beyond_supervision": beyond,
+        "second_fired": cell.fired[1].times,
+        "second_moment_ps": drawn[both[1]][0],
+    }
 
 
 def _result(outcome: Outcome, beyond: str | None, *, activated: bool) -> str:
@@ -122,26 +144,33 @@ def episode_record(episode: Episode) -> Record:
 
 
 def _impossible(parameters: Parameters) -> str | None:
-    return impossible(_VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])])
+    """Return why one fault cannot take effect in a phase, or why two cannot be injected together."""
+    first, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
+    second = _VARIANTS.get(str(parameters["second"]))
+    if second is None:
+        return impossible(first, phase)
+    if first is second:
+        return "a fault is no second one beside itself"
+    kinds = first.kind, second.kind
+    if all(kind.place is FaultPlace.AXIS for kind in kinds):
+        if kinds[0].category is kinds[1].category:
+            return "of two faults in the same part of a box, the end of one would end both"
+        if phase is Phase.INSERTION:
+            return "only one fault of a box can wait for an insertion"
+    return impossible(first, phase) or impossible(second, phase)
 
 
 FAULT = JobKind(
-    does="A fault is injected in a phase of operation, and the counts of the controller are compared in the end.",
+    does="A fault, or two, are injected in a phase of operation, and the controller's counts compared in the end.",
     function=f"{__name__}:inject",
     parameters=(
         _DESIGN,
         Choice(name="phase", words=tuple(_PHASES)),
-        Choice(
-            name="fault",
-            words=tuple(_VARIANTS),
-            classes={
-                "place": {word: variant.kind.place.value.lower() for word, variant in _VARIANTS.items()},
-                "category": {word: hyphened(variant.kind.category.value) for word, variant in _VARIANTS.items()},
-            },
-        ),
+        Choice(name="fault", words=tuple(_VARIANTS), classes=_CLASSES),
+        Choice(name="second", words=(_NONE, *_VARIANTS), default=(_NONE,), classes=_CLASSES),
     ),
     by=("fault",),
-    proves=("fault", "phase"),
+    proves=("fault", "phase"),  # of pairs, many a first fault stops the machine before the second can act
     impossible=_impossible,
 )
 EPISODE = JobKind(

@@ -17,11 +17,15 @@ from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
 from rtec.verify.envelope.jobs import row_record
 from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
-from rtec.verify.safety.jobs import episode_record, trial_record
+from rtec.verify.safety.jobs import episode_record, inject, trial_record
 from rtec.verify.safety.matrix import MatrixPlan, Outcome, run_matrix
 from rtec.verify.safety.phases import Phase, hyphened
 from rtec.verify.safety.soak import SoakPlan, run_soak
 from rtec.verify.safety.variants import VARIANTS, impossible, variants_named
+
+
+def word_of(variant):
+    return hyphened(variant.name.replace(",", ""))
 
 
 def records_of(plan):
@@ -47,7 +51,13 @@ def test_safety_is_that_of_rtec_safety():
         MatrixPlan(designs=(Design.C, Design.B), phases=phases, variants=variants, seeds=1, first=0, seed=7)
     )
     wanted = {
-        (one.design.value, hyphened(one.phase.value), hyphened(one.variant.name.replace(",", "")), one.seed): one
+        (
+            one.design.value,
+            hyphened(one.phase.value),
+            hyphened(one.variant.name.replace(",", "")),
+            "none",
+            one.seed,
+        ): one
         for one in matrix.trials
         if impossible(one.variant, one.phase) is None
     }
@@ -60,6 +70,42 @@ def test_safety_is_that_of_rtec_safety():
         assert record == trial_record(trial)
         assert (record["outcome"], record["fired"]) == (trial.outcome.value, trial.fired)
         assert record["result"] == _expected(trial)
+
+
+def test_two_faults_come_each_at_its_own_moment_and_prove_something_only_together():
+    one = {"design": "c", "phase": "cutting"}
+    names = "frame-lost-once-box-to-pc", "stale-data-valid-for-good"
+    alone = [inject(one | {"fault": name, "second": "none"}, seed=1, run=0) for name in names]
+    pair = inject(one | {"fault": names[0], "second": names[1]}, seed=1, run=0)
+    assert (pair["moment_ps"], pair["second_moment_ps"]) == tuple(record["moment_ps"] for record in alone)
+    assert (pair["result"], pair["outcome"]) == ("passed", "safe stop")
+    # the machine stands before the second can take effect
+    late = inject(one | {"fault": "frame-corrupted-for-good-pc-to-box", "second": "pc-killed"}, seed=1, run=0)
+    assert (late["result"], late["outcome"]) == ("not activated", "safe stop")
+    assert min(late["fired"], late["second_fired"]) == 0 < max(late["fired"], late["second_fired"])
+
+
+@pytest.mark.parametrize(
+    ("phase", "first", "second", "reason"),
+    [
+        ("cutting", "pc-killed", "pc-killed", "no second one beside itself"),
+        ("cutting", "stale-data-valid-for-20-ms", "torn-position-word-for-good", "the end of one would end both"),
+        ("insertion", "power-lost-for-good", "stale-data-valid-for-good", "wait for an insertion"),
+        ("at-rest", "pc-killed", "glitches-for-200-ms", "an axis that stands still has none"),
+        ("cutting", "pc-killed", "glitches-for-200-ms", None),
+    ],
+)
+def test_pairs_that_cannot_be_are_left_out(phase, first, second, reason):
+    said = read_plan("safety").kind.impossible({"design": "c", "phase": phase, "fault": first, "second": second})
+    assert said is None if reason is None else reason in said
+
+
+def test_pairs_of_faults_of_the_bus_leave_no_undetected_error_in_what_is_tried_here():
+    plan = replace(read_plan("safety").only(["c", "cutting", "masquerade-for-good"]), runs=1)
+    plan = replace(plan, grid={**plan.grid, "second": ("frame-lost-once-box-to-pc", "bus-off-for-20-ms-pc-to-box")})
+    found = records_of(plan)
+    assert len(found) == 4
+    assert {record["result"] for record in found.values()} <= {"passed", "not activated"}
 
 
 def test_a_soak_is_that_of_rtec_safety_soak():
