@@ -21,6 +21,8 @@ _DIFFERS = 1.5
 """Times the error by rows that the held-out one has to be to be worth a sentence."""
 _MOST_NAMED = 6
 _STABLE = 0.5
+_ASKED = 3
+"""Thermometers that people ask for."""
 _PREFIX = "temperature_"
 
 
@@ -210,15 +212,22 @@ def sensor_sentence(result: WarmComparison) -> str:
     lowest = min(row.rms_blocks_um for row in result.sensors)
     enough = next((row for row in result.sensors if row.rms_blocks_um <= 1.1 * lowest), some[-1])
     names = ", ".join(f"{short_name(name)} ({100.0 * row_share:.0f} %)" for name, row_share in enough.share.items())
+    lines = []
+    if (three := next((row for row in some if len(row.sensors) == _ASKED), None)) is not None:
+        best = ", ".join(map(short_name, three.sensors))
+        every = result.sensors[-1].rms_heldout_um
+        lines.append(f"Three thermometers: {best}, {three.rms_heldout_um:.3g} µm held out ({every:.3g} µm with all).")
     if enough.is_all:
-        return "No set of fewer thermometers comes within a tenth of all of them on left-out blocks."
+        lines.append("No set of fewer thermometers comes within a tenth of all of them on left-out blocks.")
+        return "\n".join(lines)
     sure = (
         "without one of the blocks mostly the same are chosen."
         if enough.same >= _STABLE
         else "without one of the blocks others are chosen: thermometers that warm together replace each other."
     )
     how_many = "1 thermometer comes" if len(enough.sensors) == 1 else f"{len(enough.sensors)} thermometers come"
-    return (
+    lines.append(
         f"{how_many} within a tenth of the lowest error on left-out blocks: {names}. In brackets, how often each is "
         f"chosen again; {sure}"
     )
+    return "\n".join(lines)

@@ -68,7 +68,7 @@ def test_a_shop_floor_engineer_reads_which_model_and_which_sensors(said, folder)
     code, out, err = said(folder / "log.csv", "--heldout", folder / "other.csv", *QUICK)
     assert code == 0
     assert "Chosen by left-out blocks: " in out and "other.csv" in out
-    assert "the mean leaves" in out and "thermometers" in out
+    assert "the mean leaves" in out and "Three thermometers: " in out
     assert "It needs a probe that reads all the time" in out
     assert "feed in mm_s, force in n" in err and "z_um" not in err
 
