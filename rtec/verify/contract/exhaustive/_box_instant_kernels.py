@@ -14,8 +14,10 @@ from rtec.injector._kernels import injector_edge, injector_fire, injector_reques
 from rtec.injector._state_kernels import ARMED, IDLE
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
 
-KEPT, ILLEGAL_CHANGE, TOO_CLOSE, WRONG_COUNT, UNFINISHED, TOO_LATE, TOO_WIDE = 0, 1, 2, 3, 4, 5, 6
-"""What an instant breaks of the contract; the last: a value that its bits do not hold."""
+KEPT, ILLEGAL_CHANGE, TOO_CLOSE, WRONG_COUNT, UNFINISHED, TOO_LATE = 0, 1, 2, 3, 4, 5
+"""What an instant breaks of the contract."""
+MOST_OFF = 15
+"""Counts by which the controller may be ahead or behind for a while; a step has fewer."""
 STANDING, FIRST, TURNED, MOVING = 0, 1, 2, 3
 """Classes of motion: no edge yet, one, the last one took one back; from the last on, by the interval before."""
 
@@ -39,7 +41,8 @@ def may_move(m: Record, move: int) -> bool:
     """Return whether the encoder can send an edge now."""
     if m.motion == STANDING:
         return True
-    return m.since >= (m.least_same[m.motion] if move == m.direction else m.least_turn[m.motion])
+    least = m.least_same[m.motion] if move == m.direction else m.least_turn[m.motion]
+    return bool(m.since >= least)
 
 
 @helper
@@ -108,6 +111,63 @@ def take_request(s: Record, now_ps: int, total: int, other_side: int) -> None:
 
 
 @helper
+def in_order(
+    s: Record,
+    m: Record,
+    now_ps: int,
+    total: int,
+    move: int,
+    order: int,
+    other_side: int,
+    orders: NDArray[np.int64],
+) -> None:
+    """Let a request for a total, the box's events and an edge happen in an order."""
+    for k in range(3):
+        what = orders[order, k]
+        if what == FIRE:
+            fire_due(s, now_ps)
+        elif what == EDGE and move != 0:
+            take_edge(s, m, now_ps, move, other_side)
+        elif what == REQUEST and total != s.requested:
+            take_request(s, now_ps, total, other_side)
+    fire_due(s, now_ps + 1)
+
+
+@helper
+def count_both(s: Record, m: Record, before_in: int, before_out: int) -> int:
+    """Count the changes of an instant on both sides; return what they break."""
+    out = count_delta(before_out, s.ab_out)
+    if out == ILLEGAL:
+        return ILLEGAL_CHANGE
+    right_moved = count_delta(before_in, s.ab_in) + m.step_counts * m.booked
+    m.off += out - right_moved
+    if m.off == 0 or m.off == -right_moved:  # it is right, or was until this instant
+        m.off_for = 0
+    if out != 0:
+        line = before_out ^ s.ab_out
+        if m.out_line != 0 and line != m.out_line and m.out_since < m.separation:
+            return TOO_CLOSE
+        m.out_line = line
+        m.out_since = 0
+    return KEPT
+
+
+@helper
+def seen_so_far(s: Record, m: Record) -> int:
+    """Return what the state behind an instant breaks."""
+    if m.off != 0 and m.off_for > m.delay:
+        return TOO_LATE
+    if abs(m.off) > MOST_OFF:
+        return WRONG_COUNT
+    if s.phase == IDLE and s.next_ps >= NEVER:  # nothing is under way
+        if m.off != 0:
+            return WRONG_COUNT
+        if s.requested != s.completed and (s.one_state == 0 or s.ab_in == 0):
+            return UNFINISHED
+    return KEPT
+
+
+@helper
 def instant(
     s: Record,
     m: Record,
@@ -118,45 +178,15 @@ def instant(
     other_side: int,
     orders: NDArray[np.int64],
 ) -> int:
-    """Carry out one instant: a request that leaves so many steps owed, the box's events, an edge; return what it breaks.
+    """Carry out one instant: a request that leaves so many steps owed, the box's events, an edge.
 
-    Without a request ``owed`` is what is owed already; without an edge ``move`` is 0.
+    Returns what it breaks. Without a request ``owed`` is what is owed already; without an edge ``move`` is 0.
     """
     before_in, before_out, before_done = s.ab_in, s.ab_out, s.completed
-    total = s.completed + owed
-    for k in range(3):
-        what = orders[order, k]
-        if what == FIRE:
-            fire_due(s, now_ps)
-        elif what == EDGE and move != 0:
-            take_edge(s, m, now_ps, move, other_side)
-        elif what == REQUEST and total != s.requested:
-            take_request(s, now_ps, total, other_side)
-    fire_due(s, now_ps + 1)
+    in_order(s, m, now_ps, before_done + owed, move, order, other_side, orders)
     m.booked = s.completed - before_done
-    out = count_delta(before_out, s.ab_out)
-    if out == ILLEGAL:
-        return ILLEGAL_CHANGE
-    right_moved = count_delta(before_in, s.ab_in) + m.step_counts * m.booked
-    m.off += out - right_moved
-    if out != 0:
-        line = before_out ^ s.ab_out
-        if m.out_line != 0 and line != m.out_line and m.out_since < m.separation:
-            return TOO_CLOSE
-        m.out_line = line
-        m.out_since = 0
-    if m.off == 0 or m.off == -right_moved:  # it is right, or was until this instant
-        m.off_for = 0
-    elif m.off_for > m.delay:
-        return TOO_LATE
-    elif abs(m.off) > 15:
-        return WRONG_COUNT
-    if s.phase == IDLE and s.next_ps >= NEVER:
-        if m.off != 0:
-            return WRONG_COUNT
-        if s.requested != s.completed and (s.one_state == 0 or s.ab_in == 0):
-            return UNFINISHED
-    return KEPT
+    broken = int(count_both(s, m, before_in, before_out))
+    return broken if broken != KEPT else int(seen_so_far(s, m))
 
 
 @helper

@@ -1,7 +1,7 @@
 """Compiled state of encoder and box at a point of a grid of time, as two words.
 
-The box is the record that every bench drives, always at the time ``NOW_PS``. Times are kept relative to now, and clamped
-where all that is longer is the same; what the box will not look at again is left out.
+The box is the record that every bench drives, always at the time ``NOW_PS``. Times are kept relative to now, and
+clamped where all that is longer is the same; what the box will not look at again is left out.
 """
 
 from __future__ import annotations

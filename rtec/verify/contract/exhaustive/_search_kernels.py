@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from rtec._jit import Record, helper, kernel
 from rtec.injector._state_kernels import ARMED, SAMPLING
 from rtec.verify.contract.exhaustive._box_instant_kernels import (
-    ORDERS,
     equal_sides,
     instant,
     may_move,
@@ -90,6 +89,34 @@ def is_another(order: int, due: bool, moves: bool, asks: bool) -> bool:
 
 
 @helper
+def enter(
+    q: Record,
+    states: NDArray[np.int64],
+    parents: NDArray[np.int32],
+    hows: NDArray[np.int32],
+    table: NDArray[np.int32],
+    words: NDArray[np.int64],
+    s: Record,
+    m: Record,
+    now_ps: int,
+    how: int,
+) -> int:
+    """Enter the state that an instant ended with; return its number, or -1 where something is broken."""
+    q.made += 1
+    if q.broken == 0:
+        pack(s, m, now_ps, words)
+    if q.broken != 0 or m.wide == 1:
+        q.parent, q.how, q.wide = q.next, how, m.wide
+        return -1
+    number = place(words, states, table, q.found)
+    if number == q.found:
+        parents[number] = q.next
+        hows[number] = how
+        q.found += 1
+    return number
+
+
+@helper
 def branch(
     q: Record,
     states: NDArray[np.int64],
@@ -121,19 +148,11 @@ def branch(
                 if other_side > 0:
                     unpack(states[q.next], s, m)
                     wait(m, now_ps)
-                q.made += 1
                 how = code_of(owed, move, order, other_side, look)
-                broken = instant(s, m, now_ps, owed, move, order, other_side, orders)
-                if broken == 0:
-                    pack(s, m, now_ps, words)
-                if broken != 0 or m.wide == 1:
-                    q.broken, q.parent, q.how, q.wide = broken, q.next, how, m.wide
+                q.broken = instant(s, m, now_ps, owed, move, order, other_side, orders)
+                number = enter(q, states, parents, hows, table, words, s, m, now_ps, how)
+                if number < 0:
                     return False
-                number = place(words, states, table, q.found)
-                if number == q.found:
-                    parents[number] = q.next
-                    hows[number] = how
-                    q.found += 1
                 if not asks and move == 0 and look == 0:
                     silent[q.next] = number
                 looked = looked or s.phase == ARMED or s.phase == SAMPLING

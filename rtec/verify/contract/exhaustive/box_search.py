@@ -1,4 +1,4 @@
-"""All reachable states of encoder, box and decoder of a built-in design, and the shortest way to one that is wrong."""
+"""All reachable states of encoder, box and decoder of a design, and the shortest way to one that is wrong."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtec._jit import new_record
 from rtec.errors import ArgumentError
@@ -37,7 +36,7 @@ class Grid:
     >>> from rtec.injector import Design, Processor, Timing
     >>> settings = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
     >>> Grid.of(settings, Contract.of(Design.C))
-    Grid(grid_ps=25000, quiet=36, rest=44)
+    Grid(grid_ps=25000, quiet=36, rest=38)
     """
 
     grid_ps: int
@@ -59,7 +58,15 @@ class Grid:
         timing, design = settings.timing, settings.design
         copies_ps = timing.latency_ps if design.in_path else 0
         gate_ps = timing.gate_ps(design)
-        own = (timing.decide_ps, timing.step_ps, timing.recover_ps, timing.rest_ps, timing.poll_ps, copies_ps, gate_ps)
+        own = (
+            timing.decide_ps,
+            timing.step_ps,
+            timing.recover_ps,
+            timing.rest_ps,
+            timing.poll_ps,
+            copies_ps,
+            gate_ps,
+        )
         grid_ps = math.gcd(*own, timing.poll_offset_ps)
         while grid_ps > contract.turn_ps:  # a turn takes a point at least
             grid_ps //= next(k for k in range(2, grid_ps + 1) if grid_ps % k == 0)
@@ -206,10 +213,14 @@ class BoxSearch:
         return Way(state=number, events=tuple(events), end_ps=t_ps, looks=int(self._model.looks), grid_ps=grid_ps)
 
     def _make_room(self, room: int) -> None:
-        fresh = np.zeros((room, 2), np.int64), *(np.full(room, -1, np.int32) for _ in range(3))
-        for new, old in zip(fresh, (self._states, self._parents, self._hows, self._silent), strict=True):
-            new[: old.shape[0]] = old
-        self._states, self._parents, self._hows, self._silent = fresh
+        known = self._states.shape[0]
+        states = np.zeros((room, 2), np.int64)
+        states[:known] = self._states
+        self._states = states
+        for name in ("_parents", "_hows", "_silent"):
+            numbers = np.full(room, -1, np.int32)
+            numbers[:known] = getattr(self, name)
+            setattr(self, name, numbers)
         self._table = np.full(2 * room, kernels.EMPTY, np.int32)
         kernels.enter_all(self._states, self.found, self._table)
 
@@ -241,5 +252,3 @@ class BoxSearch:
         quiet = (fields["ready"] == 0) & (fields["off"] == 0) & (fields["out_line"] == 0) & (fields["before"] >= gate)
         enough = max(*self.encoder.least_same, *self.encoder.least_turn, *self.encoder.begins) <= stands
         return enough and bool((waits & quiet).all())
-
-

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rtec.units import PS_PER_S
 from rtec.verify.contract._stream_kernels import fastest_hz, too_soon
 from rtec.verify.contract.contract import Contract
-
-STANDING, FIRST, TURNED, MOVING = 0, 1, 2, 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncoderModel:
     """Least times between two edges, in points of the grid, by the class of the motion before.
 
-    Classes are 0: no edge since power-up; 1: one; 2: the last edge took one back; from 3 on: the last two went one way,
-    and the time between them was ``begins`` at least.
+    Classes are 0: no edge since power-up; 1: one; 2: the last edge took one back; from 3 on: the last two went one
+    way, and the time between them was ``begins`` at least.
 
     Examples
     --------
@@ -25,7 +22,7 @@ class EncoderModel:
 
     >>> model = EncoderModel.of(Contract(step_counts=4), grid_ps=20_000, quiet=100)
     >>> model.begins, model.least_same, model.least_turn
-    ((0, 0, 0, 0, 106), (1, 22, 100, 22, 100), (1, 5, 5, 100, 5))
+    ((0, 0, 0, 0, 77), (1, 22, 100, 22, 70), (1, 5, 5, 100, 5))
     """
 
     begins: tuple[int, ...]
@@ -38,8 +35,9 @@ class EncoderModel:
 
         Notes
         -----
-        Every stream that `rtec.verify.contract.streams.can_be` allows, each time rounded to the grid by the same rule,
-        is one of the model: times between edges are rounded down, and a class begins a point later than it could.
+        Every stream that `rtec.verify.contract.streams.can_be` allows, all times rounded to the grid by the same
+        rule, is one of the model: times between edges are rounded down, and a class begins a point later than it
+        could.
         """
         jitter_ps = contract.jitter * contract.quarter_ps
         gain = float(contract.acceleration_hz_s)
@@ -75,6 +73,3 @@ def _turn_after(interval: int, turn: int, quiet: int, grid_ps: int, gain: float,
     ):
         least += 1
     return least
-
-
-__all__ = ["EncoderModel", "PS_PER_S"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rtec.injector import InjectorSettings
+from rtec.errors import RtecError
+from rtec.injector import Algorithm
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.exhaustive.box_search import WINDOW, BoxSearch, Grid
@@ -17,7 +18,7 @@ _FINER = (1, 2, 5, 10, 20)
 
 
 def prove(
-    settings: InjectorSettings,
+    algorithm: Algorithm,
     contract: Contract,
     *,
     window: int = WINDOW,
@@ -30,8 +31,8 @@ def prove(
 
     Parameters
     ----------
-    settings
-        Design, timing and choices.
+    algorithm
+        A design of rtec, or a Python class that declares its state (docs/algorithm.md).
     contract
         What is asked of it, and what the axis does.
     window
@@ -48,21 +49,31 @@ def prove(
     Exhausted
         Proved; or broken, with the run that shows it; or not decided, and why.
 
+    Raises
+    ------
+    RtecError
+        The state of the algorithm is not known to be finite.
+
     Notes
     -----
-    Times of the axis are rounded to the grid to its favour (docs/exhaustive.md), so that a way to a wrong state may be
-    one that no axis goes: then the next finer grid is searched.
+    Times of the axis are rounded to the grid to its favour (docs/exhaustive.md), so that a way to a wrong state may
+    be one that no axis goes: then the next finer grid is searched.
 
     Examples
     --------
     Without the latch that holds real edges back, an edge comes too close to a change of the insertion:
 
-    >>> from rtec.injector import Design, Processor, Timing
-    >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
+    >>> from rtec.injector import Design, InjectorSettings, Processor, Timing
+    >>> box = BuiltIn(InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST)))
     >>> found = prove(box, Contract.of(Design.C))
     >>> found.ending.value, found.worst.fault.value
     ('broken', 'separation')
     """
+    if not isinstance(algorithm, BuiltIn):
+        raise RtecError(
+            f"{algorithm.name}: --exhaustive takes a design of rtec or a Python class that says its state"
+        )
+    settings = algorithm.settings
     begun = time.monotonic()
     coarsest = Grid.of(settings, contract).grid_ps
     grids = [k for k in _FINER if k >= finer and coarsest % k == 0]
@@ -72,9 +83,11 @@ def prove(
         ending = search.run(most_states=most_states, most_s=left_s, progress=progress)
         worst, note = None, ""
         if ending is Ending.BROKEN:
-            trials = Trials(BuiltIn(settings), contract)
+            trials = Trials(algorithm, contract)
             rest_ps = settings.timing.rest_ps
-            worst = search.way().played(trials, 2 * (window + 2) * (rest_ps + search.grid.quiet * search.grid.grid_ps))
+            worst = search.way().played(
+                trials, 2 * (window + 2) * (rest_ps + search.grid.quiet * search.grid.grid_ps)
+            )
             if worst is None and k != grids[-1] and time.monotonic() < begun + most_s:
                 continue
             if worst is None:
@@ -83,7 +96,7 @@ def prove(
             note = "too many states" if search.waiting else "it does not come to rest from each state"
         break
     return Exhausted(
-        algorithm=settings.design.title,
+        algorithm=algorithm.name,
         contract=contract,
         ending=ending,
         states=search.found,
