@@ -92,7 +92,6 @@ def add(
 
     Example: rtec add backlash z_axis.csv --model known.toml -o better.toml
     Example: rtec add cyclic z_axis.csv --period "0.25 inch" --harmonics 2 -o cyclic.toml
-    Example: rtec add windup z_axis.csv --distance "2 mm" -o windup.toml --json
     Example: rtec add thermal_shift shift.csv --sensor nut,spindle --lag "0 min, 40 min" -o warm.toml
     """
     from rtec.inference.diagnose import add as added, with_step_before

@@ -168,6 +168,11 @@ def check(
         "TEXT|FILE",
         "Play one stream only, as a failed check prints it.",
     ),
+    exhaustive: bool | None = flag(
+        "--exhaustive",
+        "Search all reachable states instead (a design, or a Python class that says its state).",
+        default=None,
+    ),
     files: _Files,
     json: bool = _measured.JSON,
 ) -> None:
@@ -178,7 +183,7 @@ def check(
 
     Example: rtec check mine.py:MyDesign --design c --figure worst.png
     Example: rtec check top.v --step 2 --states all --clock 50MHz --vcd worst.vcd
-    Example: rtec check image.ihx --design original --processor one-clock-25mhz --frequency 100kHz
+    Example: rtec check a --exhaustive --frequency '500 kHz'
     """
     from rtec.cli._check_algorithm import choose
 
@@ -187,9 +192,13 @@ def check(
         raise apart("--margin-figure", "--stream", "one stream has no margin")
     if stream is not None and motion is not None:
         raise apart("--motion", "--stream", "a stream has its own motion")
+    if exhaustive and (stream is not None or motion is not None or files.margin_figure is not None):
+        raise apart("--exhaustive", "--stream, --motion and --margin-figure", "it takes all streams at once")
     chosen = choose(options)
     with closing(chosen.algorithm):
-        if stream is not None:
+        if exhaustive:
+            passed = _exhaust(words, chosen, files, as_json=json)
+        elif stream is not None:
             passed = _play(words, chosen, stream, files, as_json=json)
         else:
             passed = _hold(words, chosen, motion, tries, seed, files, as_json=json)
@@ -226,6 +235,27 @@ def _hold(
         for name, file in made.items():
             typer.echo(f"{name}: {file}")
     return verdict.passed
+
+
+def _exhaust(words: list[str], chosen: Chosen, files: _Files, *, as_json: bool) -> bool:
+    """Search all states of the algorithm; return whether it is proved to keep its contract."""
+    from rtec.verify.contract.exhaustive.prove import MOST_STATES, prove
+
+    with _console.progress("states") as progress:
+        found = prove(chosen.algorithm, chosen.contract, progress=lambda states: progress(states / MOST_STATES))
+    worst = None if found.worst is None else again(chosen.word, words, found.worst.case.stream)
+    made = _write(found.worst, chosen.algorithm.name, files)
+    if as_json:
+        _console.print_json(found.to_dict() | {"worst_case": worst} | made)
+        return found.passed
+    typer.echo(f"{found.algorithm}: {found.reason}")
+    for line in found.assumptions:
+        typer.echo(f"  assumed: {line}")
+    if worst is not None:
+        typer.echo(f"again: {worst}")
+    for name, file in made.items():
+        typer.echo(f"{name}: {file}")
+    return found.passed
 
 
 def _write_margin(verdict: Verdict, file: Path | None) -> dict[str, str]:

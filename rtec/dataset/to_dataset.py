@@ -21,7 +21,6 @@ from rtec.effects.conditions import Conditions, Floats, distance_since_reversal,
 from rtec.errors import FileFormatError
 from rtec.metrology import Measurement
 from rtec.metrology.columns import MOST_AXES
-from rtec.predictors.warm.features import SPINDLE_SPEED
 
 FEWEST_ROWS = 3
 """Below, nothing at all can be told from noise."""
@@ -122,8 +121,7 @@ def _blocks_by_speed(rows: Rows, c: Conditions) -> Ints | None:
     """Return the blocks of one speed of the spindle in readings over time, where there are enough of them."""
     if c.moving or not c.time_is_coordinate or c.time_s is None or c.spindle_rpm is None or not np.ptp(c.spindle_rpm):
         return None
-    speed = {SPINDLE_SPEED: c.spindle_rpm}
-    found = blocks_of(c.time_s, speed, rows.run, stretch_starts(c.time_s, rows.run))
+    found = blocks_of(c.time_s, c.spindle_rpm, rows.run, stretch_starts(c.time_s, rows.run))
     return found.of_row if found.by in ("spindle speed", "run or stretch") else None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from rtec.dataset.standstill import Ints
 from rtec.effects.conditions import Floats
-from rtec.predictors.warm.features import SPINDLE_SPEED
 
 BY_SPEED = "spindle speed"
 """What starts a block where the speed is known and changes."""
@@ -72,10 +71,11 @@ def stretch_starts(time_s: Floats, run: Ints) -> tuple[int, ...]:
 
 def blocks_of(
     time_s: Floats,
-    inputs: Mapping[str, Floats],
+    speed: Floats,
     run: Ints,
     starts: tuple[int, ...],
     *,
+    heats: Sequence[Floats] = (),
     said: tuple[str, Floats] | None = None,
     fewest: int = FEWEST_BLOCKS,
 ) -> Blocks:
@@ -88,10 +88,12 @@ def blocks_of(
 
     Parameters
     ----------
-    time_s, inputs, run
-        Of each row, shape (rows,).
+    time_s, speed, run
+        Of each row, shape (rows,); the speed is the spindle's.
     starts
         Rows at which stretches begin.
+    heats
+        Temperatures, shape (rows,) each.
     said
         A column that the user names, and its values: it alone starts blocks.
     fewest
@@ -101,7 +103,7 @@ def blocks_of(
     --------
     >>> minutes = np.arange(300)
     >>> speed = np.repeat([0.0, 1000.0, 0.0], 100)
-    >>> found = blocks_of(60.0 * minutes, {"spindle_speed": speed}, np.ones(300, dtype=np.int64), (0,))
+    >>> found = blocks_of(60.0 * minutes, speed, np.ones(300, dtype=np.int64), (0,))
     >>> found.names, found.by
     (('0 rpm', '1000 rpm', '0 rpm'), 'spindle speed')
     """
@@ -116,11 +118,10 @@ def blocks_of(
         begins = 1 + np.flatnonzero(np.diff(values) != 0.0)
         return _named(_numbers(passed_s, begins, 0.0), f"column {name}", at_time)
     fixed = np.array(starts[1:], dtype=np.int64)
-    speed = inputs.get(SPINDLE_SPEED, np.zeros(time_s.size))
     tries: list[tuple[str, Ints, Callable[[Ints], str]]] = [
         (BY_SPEED, _changes(speed), lambda rows: _usual_speed(speed[rows])),
         ("run or stretch", np.empty(0, dtype=np.int64), lambda rows: f"run {run[rows[0]]}, {at_time(rows)}"),
-        ("turn of the hottest sensors", _turns(inputs), at_time),
+        ("turn of the hottest sensors", _turns(heats), at_time),
     ]
     notes: list[str] = []
     for by, begins, words in tries[int(np.ptp(speed) == 0.0) :]:
@@ -171,9 +172,9 @@ def _usual_speed(speed: Floats) -> str:
     return f"{usual:.0f} rpm" if 2 * rows.max() > speed.size else f"{values[0]:.0f} to {values[-1]:.0f} rpm"
 
 
-def _turns(inputs: Mapping[str, Floats]) -> Ints:
+def _turns(every: Sequence[Floats]) -> Ints:
     """Return the rows at which the hottest sensors, together, turn from rising to falling or back."""
-    heats = [values for name, values in inputs.items() if name != SPINDLE_SPEED and np.ptp(values) > 0.0]
+    heats = [values for values in every if np.ptp(values) > 0.0]
     if not heats:
         return np.empty(0, dtype=np.int64)
     hottest = sorted(heats, key=lambda values: -float(np.ptp(values)))[:_HOTTEST]

@@ -179,8 +179,12 @@ def warm_log(
         raise FileFormatError(name, None, f"no {what} of use: {'; '.join(left.notes)}", "one that works")
     time_s, starts, breaks = continued(time_s[rows], runs[rows], left.inputs)
     named = None if said is None else (str(blocks), said[rows])
-    warmed, begun = from_rest(time_s, starts, left.inputs)
-    found = blocks_of(time_s, left.inputs, runs[rows], starts, said=named, fewest=1 if fixed else fewest_blocks)
+    # of a log that is judged, temperatures tell where what lags begins
+    warmed, begun = (left.inputs, []) if fixed else from_rest(time_s, starts, left.inputs)
+    speed = left.inputs.get(SPINDLE_SPEED, np.zeros(time_s.size))
+    heats = [values for name, values in left.inputs.items() if name != SPINDLE_SPEED]
+    fewest = 1 if fixed else fewest_blocks
+    found = blocks_of(time_s, speed, runs[rows], starts, heats=heats, said=named, fewest=fewest)
     return WarmLog(
         source=name,
         time_s=time_s,

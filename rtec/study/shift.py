@@ -141,7 +141,7 @@ def training_log(study: Study, heat: HeatStudy, *, sees_speed: bool) -> WarmLog:
     }
     if sees_speed:
         inputs[SPINDLE_SPEED] = rpm
-    blocks = blocks_of(time_s, {SPINDLE_SPEED: rpm}, np.ones(time_s.size, dtype=np.int64), (0,))
+    blocks = blocks_of(time_s, rpm, np.ones(time_s.size, dtype=np.int64), (0,))
     return WarmLog(
         source="the training duty", time_s=time_s, outputs=outputs, inputs=inputs, blocks=blocks, starts=(0,)
     )

@@ -1,0 +1,75 @@
+"""The encoder as a finite machine on a grid: which edge it can send when, on an axis within a contract."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rtec.verify.contract._stream_kernels import fastest_hz, too_soon
+from rtec.verify.contract.contract import Contract
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EncoderModel:
+    """Least times between two edges, in points of the grid, by the class of the motion before.
+
+    Classes are 0: no edge since power-up; 1: one; 2: the last edge took one back; from 3 on: the last two went one
+    way, and the time between them was ``begins`` at least.
+
+    Examples
+    --------
+    On an axis that reaches 500 kHz, a slow edge is not followed by a fast one, and nothing turns at speed:
+
+    >>> model = EncoderModel.of(Contract(step_counts=4), grid_ps=20_000, quiet=100)
+    >>> model.begins, model.least_same, model.least_turn
+    ((0, 0, 0, 0, 77), (1, 22, 100, 22, 70), (1, 5, 5, 100, 5))
+    """
+
+    begins: tuple[int, ...]
+    least_same: tuple[int, ...]
+    least_turn: tuple[int, ...]
+
+    @classmethod
+    def of(cls, contract: Contract, *, grid_ps: int, quiet: int) -> EncoderModel:
+        """Return the model of a contract; times of ``quiet`` points and more are not told apart.
+
+        Notes
+        -----
+        Every stream that `rtec.verify.contract.streams.can_be` allows, all times rounded to the grid by the same
+        rule, is one of the model: times between edges are rounded down, and a class begins a point later than it
+        could.
+        """
+        jitter_ps = contract.jitter * contract.quarter_ps
+        gain = float(contract.acceleration_hz_s)
+        shortest = round(contract.quarter_ps - jitter_ps) // grid_ps
+        turn = max(contract.turn_ps // grid_ps, 1)
+
+        def least_after(fastest: float) -> int:
+            """Return the whole points after which a count is possible from that speed."""
+            least = shortest
+            while least < quiet and too_soon(fastest, (least + 1) * grid_ps, gain, jitter_ps):
+                least += 1
+            return least
+
+        def same_after(interval: int) -> int:
+            return least_after(fastest_hz(interval * grid_ps, True, gain, jitter_ps))
+
+        turned_hz = math.sqrt(gain / 2.0)
+        turned = least_after(turned_hz)
+        slow, goal = shortest, min(quiet, max(shortest, 7 * turned // 10))
+        while same_after(slow) < goal:
+            slow += 1
+        begins = [0, 0, 0, 0, slow + 1]
+        same = [1, shortest, turned, shortest, same_after(slow)]
+        least_turn = [1, turn, turn, _turn_after(slow + 1, turn, quiet, grid_ps, gain, jitter_ps), turn]
+        return cls(begins=tuple(begins), least_same=tuple(same), least_turn=tuple(least_turn))
+
+
+def _turn_after(interval: int, turn: int, quiet: int, grid_ps: int, gain: float, jitter_ps: float) -> int:
+    """Return the whole points after which an edge can be taken back that came so long after the one before."""
+    least = turn
+    while least < quiet and too_soon(
+        fastest_hz((least + 1) * grid_ps, False, gain, jitter_ps), interval * grid_ps, gain, jitter_ps
+    ):
+        least += 1
+    return least
