@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -271,5 +272,5 @@ def _notes(parts: WarmParts) -> list[str]:
         many = f"{len(far)} of {len(log.inputs)} inputs go beyond what trained in the held-out part"
         notes.append(f"{many}, farthest {max(far)[1]}")
     if judge is not log:
-        notes += [f"{judge.source}: {note}" for note in judge.notes if note not in log.notes]
+        notes += [f"in {Path(judge.source).name}: {note}" for note in judge.notes if note not in log.notes]
     return notes
