@@ -30,7 +30,9 @@ def observed_quantity(measurement: Measurement, observe: str | None) -> str:
         word = observe.strip().lower()
         named = quantity_of_heading(word)
         quantity = word if named is None else named[0]
-        quantity = channel_of_heading(word)[0] if quantity not in possible else quantity
+        if quantity not in possible:  # as the file calls it
+            called = {channel_of_heading(heading)[0]: name for name, heading in measurement.headings.items()}
+            quantity = called.get(channel_of_heading(word)[0], channel_of_heading(word)[0])
         if quantity in possible:
             return quantity
         possible += measurement.channels()

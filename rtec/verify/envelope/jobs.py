@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rtec.board import MICROCONTROLLERS, Microcontroller
 from rtec.injector import Design
+from rtec.readable import hertz_text
 from rtec.verify.campaign.job import FAILED, PASSED, Choice, JobKind, Number, Parameters, Record, Value
 from rtec.verify.envelope.rows import EnvelopePlan, EnvelopeRow, find_envelope
 
@@ -39,7 +40,8 @@ def row_record(found: EnvelopeRow) -> Record:
         else:
             plain[key] = _plain(value)
     right = found.max_safe_hz > 0.0 and found.counts_right is not False
-    return {"result": PASSED if right else FAILED, **plain}
+    outcome = f"safe to {hertz_text(found.max_safe_hz, 4)}, {found.limited_by.value}"
+    return {"result": PASSED if right else FAILED, "outcome": outcome, **plain}
 
 
 def _plain(value: object) -> Value:

@@ -68,6 +68,11 @@ def test_observe_names_a_quantity_or_a_heading(load, observe, quantity, unit, fi
     assert ("temperature_nut" in data.conditions.temperatures) == (quantity != "temperature_nut")
 
 
+def test_observe_takes_the_name_that_the_file_has_for_it(load):
+    data = load("time_s,z_um,temperature_nut_degc\n0,1,20\n60,2,21\n120,4,22\n", observe="z")
+    assert (data.observe, data.coordinate, data.observed.tolist()) == ("actual", "time", [0.001, 0.002, 0.004])
+
+
 def test_a_velocity_observed_is_no_condition(load):
     data = load("target_mm,actual_mm,velocity_mm_s\n1,1,7\n2,2,8\n3,3,9\n", observe="velocity")
     assert data.observed.tolist() == [7, 8, 9]

@@ -200,4 +200,4 @@ def wait(m: Record, now_ps: int) -> int:
         if m.out_since >= m.separation:
             m.out_line = 0
             m.out_since = 0
-    return now_ps + m.grid_ps
+    return int(now_ps + m.grid_ps)
