@@ -8,6 +8,7 @@ from pathlib import Path
 from rtec.dataset.dataset import Dataset
 from rtec.dataset.many_rows import locked
 from rtec.dataset.motion_residual import residual_dataset
+from rtec.dataset.warm_log import is_warm_log, warm_log
 from rtec.effects import LIBRARY, Effect, Library
 from rtec.effects.own import as_effects
 from rtec.errors import ArgumentError
@@ -161,6 +162,8 @@ def train(
     heldout: Data | Source | None = None,
     *,
     effects: Iterable[object] = (),
+    observe: str | None = None,
+    blocks: str | None = None,
     budget: str = "40 s",
     starts: int = 10,
     seed: int = 0,
@@ -171,25 +174,48 @@ def train(
     ----------
     data, heldout, effects, seed
         As of `diagnose`.
+    observe, blocks
+        Of the log of a warm machine: the displacement, as ``ch3`` (None: all), and a column whose changes start the
+        blocks.
     budget
-        Time that all networks share.
+        Time that all networks share; of a warm machine, that all methods share.
     starts
         Trainings of a network, from other weights.
 
     Raises
     ------
     ArgumentError, FileFormatError
-        A measurement of which no predictor of positions can be made.
+        A measurement of which no predictor of positions or of a warm machine can be made.
     """
+    measured = data_of(data)
+    observe = measured.observe if observe is None else observe
+    if is_warm_log(measured.measurement, observe):
+        return _train_warm(measured, heldout, observe, blocks, parse_quantity(budget, TIME, name="budget"), seed)
+    if blocks is not None:
+        why = "a time, temperatures or the speed of a spindle, and displacements"
+        raise ArgumentError("blocks", blocks, "no blocks but for the log of a warm machine", why)
     from rtec.predictors.fitting.training import Effort
     from rtec.report.figures_training import training_figure
     from rtec.report.training import training_document, training_sentence
     from rtec.training import compare_predictors
 
-    dataset, other, _ = _inputs(data, None, heldout, effects, None)
+    dataset, other, _ = _inputs(measured, None, heldout, effects, observe)
     budget_s = parse_quantity(budget, TIME, name="budget")
     result = compare_predictors(dataset, other, effort=Effort(starts=starts), budget_s=budget_s, seed=seed)
     return Document(training_document(result), training_sentence(result), {"errors": lambda: training_figure(result)})
+
+
+def _train_warm(
+    data: Data, heldout: Data | Source | None, observe: str | None, blocks: str | None, budget_s: float, seed: int
+) -> Document:
+    from rtec.report.figures_warm import warm_figure
+    from rtec.report.warm_training import warm_document, warm_sentence
+    from rtec.training.compare_warm import compare_warm
+
+    log = warm_log(data.measurement, observe=observe, blocks=blocks)
+    other = None if heldout is None else warm_log(data_of(heldout).measurement, like=log)
+    result = compare_warm(log, other, budget_s=budget_s, seed=seed)
+    return Document(warm_document(result), warm_sentence(result), {"warm": lambda: warm_figure(result)})
 
 
 def simulate(

@@ -175,6 +175,19 @@ def test_heldout_and_lock_judge_one_at_a_time():
     assert rtec.diagnose(COLUMNS, lock=True)["heldout_rows"] == 40
 
 
+def test_training_on_the_log_of_a_warm_machine():
+    time_min = np.arange(240.0)
+    speed = np.repeat([0.0, 2000.0, 0.0, 4000.0], 60)
+    nose = 20.0 + np.convolve(speed / 400.0, np.exp(-time_min / 30.0) / 30.0)[:240]
+    log = {"time_min": time_min, "spindle_rpm": speed, "temperature_nose_degc": nose, "axial_um": 3.0 * (nose - 20.0)}
+    found = rtec.train(log, budget="20 s").to_dict()
+    rows = {row["name"]: row for row in found["rows"]}
+    assert rows[found["chosen"]]["rms_heldout_um"] < 0.05 * rows["mean"]["rms_heldout_um"]
+    assert found["heldout_by"].startswith("the last blocks (4000 rpm)")
+    with pytest.raises(rtec.errors.ArgumentError, match="blocks"):
+        rtec.train({"target_mm": [0.0, 1.0, 2.0], "deviation_um": [0.0, 1.0, 2.0]}, blocks="run")
+
+
 def test_the_open_path():
     result = rtec.simulate("a", "100kHz", corrections=-3, cycles=100)
     assert result["controller_counts"] - result["encoder_counts"] == -12
