@@ -16,6 +16,7 @@ from rtec.verify.contract.exhaustive.result import Ending, Event, Way
 _NOW_PS = 10**12
 _LEVELS = (0, 1, 3, 2)
 _MOST_OFF = 15
+_DECLARED = ("TIMES", "TOTALS", "GRID_PS", "FORGETS_PS")
 _TOGETHER, _BEFORE, _AFTER = 0, 1, 2
 """Inputs that come with the call that the class has asked for, a picosecond before it, or after it."""
 _MANY = 1000
@@ -113,7 +114,7 @@ class ClassSearch:
         for level in _LEVELS:
             state = self._at_power_up(level)
             if state is None:
-                return self._stop((), (0, 0, 0))
+                return self._stop((level,), (0, 0, 0))
             self.states[state] = None, (0, 0, 0)
             layer.append(state)
         while layer:
@@ -152,6 +153,11 @@ class ClassSearch:
         if self._broken is None:
             raise ValueError("nothing is wrong")
         state, how = self._broken
+        if len(state) == 1:  # at power-up
+            begun = int(state_of_level(state[0]))
+            return Way(
+                state=begun, events=(), end_ps=self.grid_ps, looks=1, grid_ps=self.grid_ps, completed=0, levels=0
+            )
         steps = [(state, how)]
         parent = self.states.get(state, (None, how))
         while parent[0] is not None:
@@ -161,15 +167,14 @@ class ClassSearch:
         first = steps[-1][0]
         for k, (before, (owed, move, place)) in enumerate(reversed(steps)):
             t_ps += self.grid_ps
-            if before and owed != before[4]:
+            if owed != before[4]:
                 events.append(Event(time_ps=t_ps, total=completed + owed, move=0, close=place != _TOGETHER))
             if move:
                 events.append(Event(time_ps=t_ps, total=0, move=move, close=place != _TOGETHER))
             if k + 1 < len(steps):
                 completed += owed - steps[len(steps) - 2 - k][0][4]
-        level = first[1] if first else 0
         return Way(
-            state=int(state_of_level(level)), events=tuple(events), end_ps=t_ps, looks=1, grid_ps=self.grid_ps,
+            state=int(state_of_level(first[1])), events=tuple(events), end_ps=t_ps, looks=1, grid_ps=self.grid_ps,
             completed=completed, levels=0,
         )  # fmt: skip
 
@@ -279,6 +284,9 @@ class ClassSearch:
         after = [getattr(self._object, name) for name in self._attributes]
         for k in self._times:
             after[k] = self._rounded(after[k] - now_ps) * self.grid_ps
+        late = [k for k, value in enumerate(after) if isinstance(value, int) and abs(value) > _NOW_PS // 2]
+        if now_ps and late:
+            raise RtecError(f"{self.kind.__name__}.{self._attributes[late[0]]} holds a time and is not one of TIMES")
         points = self._rounded(wake_ps - now_ps) if wake_ps else _NONE
         return tuple(after), ab, completed, points
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from rtec.errors import ArgumentError, RtecError
+from rtec.examples import designs, mutants
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.exhaustive import class_search
 from rtec.verify.contract.exhaustive.box_search import BoxSearch, Grid
+from rtec.verify.contract.exhaustive.class_search import ClassSearch
 from rtec.verify.contract.exhaustive.encoder import EncoderModel
 from rtec.verify.contract.exhaustive.prove import prove
 from rtec.verify.contract.exhaustive.result import Ending
@@ -17,7 +20,7 @@ from rtec.verify.contract.judge import Fault
 from rtec.verify.contract.random_streams import random_stream
 from rtec.verify.contract.streams import Stream, can_be
 from rtec.verify.contract.trials import Case, Trials
-from tests.played import Wires
+from tests.played import InProcess, Wires
 
 
 def box(design, *, edges=RealEdges.HOLD, processor=Processor.FAST, **timing):
@@ -174,3 +177,85 @@ def test_the_encoder_refuses_a_turn_at_speed_and_a_start_at_once():
     assert not admitted(model, [1, 21, 41, 61], [1, 1, 1, -1])
     assert not admitted(model, [500, 518], [1, 1])
     assert admitted(model, [1, 21, 41, 61], [1, 1, 1, 1])
+
+
+# --- users' classes ---
+@pytest.mark.parametrize("name", ["COrder", "CRawPins", "BOffset", "BTooSoon", "ARawPins", "CPowerUp"])
+def test_a_mutant_is_broken_and_the_judge_confirms_it(name):
+    kind = getattr(mutants, name)
+    contract = Contract.of(Design.named(name[0].lower()))
+    search = ClassSearch(kind, contract)
+    assert search.run(most_s=60) is Ending.BROKEN
+    run = search.way().played(Trials(InProcess(kind), contract), 100_000_000)
+    assert run is not None and not run.right
+
+
+def test_the_search_breaks_the_shown_design_c_where_no_hunt_did():
+    # an axis that trembles at 5 MHz over one edge, and a step asked for each time it comes back
+    tremble = [(50_000 + 100_000 * k, 1 if k % 2 else -1) for k in range(1, 502)]
+    asked = [(50_000 + 200_000 * k, -1 - k) for k in range(251)]
+    contract = Contract.of(Design.C)
+    stream = Stream.of(0, [(t, -move) for t, move in tremble], asked, 151_000_000)
+    assert can_be(stream, contract)
+    run = Trials(InProcess(designs.C), contract).one(Case(title="trembles", stream=stream, must_finish=False))
+    assert run.fault is Fault.DELAY
+
+
+@pytest.mark.sweep
+def test_the_shown_design_b_is_proved():
+    search = ClassSearch(designs.B, Contract.of(Design.B))
+    assert search.run() is Ending.PROVED and search.waiting == 0
+
+
+class Wired:
+    """Passes every edge, and says nothing of its state."""
+
+    def step(self, t_ps, ab, requested):
+        return ab, 0, 0
+
+
+def test_a_class_that_does_not_declare_its_state_is_told_what_is_missing():
+    with pytest.raises(RtecError, match="TIMES, TOTALS, GRID_PS, FORGETS_PS missing"):
+        ClassSearch(Wired, Contract(step_counts=2))
+
+
+def test_a_grid_coarser_than_a_turn_is_refused():
+    kind = type("Coarse", (Wired,), {"TIMES": (), "TOTALS": (), "GRID_PS": 200_000, "FORGETS_PS": 0})
+    with pytest.raises(RtecError, match=r"Coarse.GRID_PS is 200000; 1 to 100000 ps"):
+        ClassSearch(kind, Contract(step_counts=2))
+
+
+def test_wires_that_declare_their_state_leave_a_step_undone():
+    kind = type("Told", (Wired,), {"TIMES": (), "TOTALS": (), "GRID_PS": 100_000, "FORGETS_PS": 0})
+    search = ClassSearch(kind, Contract(step_counts=2))
+    assert search.run() is Ending.BROKEN
+    run = search.way().played(Trials(InProcess(kind), search.contract), 100_000_000)
+    assert run.fault is Fault.UNFINISHED
+
+
+def test_an_attribute_that_grows_without_end_is_named(monkeypatch):
+    class Counts(Wired):
+        TIMES, TOTALS, GRID_PS, FORGETS_PS = (), (), 100_000, 0
+        calls = 0
+
+        def step(self, t_ps, ab, requested):
+            self.calls += 1
+            return ab, 0, 0
+
+    monkeypatch.setattr(class_search, "_MANY", 5)
+    search = ClassSearch(Counts, Contract(step_counts=2), window=0)
+    assert search.run(most_states=5_000) is Ending.UNDECIDED
+    assert "calls takes more than 5 values" in search.hint()
+
+
+def test_a_time_that_is_not_declared_is_an_error():
+    class Remembers(Wired):
+        TIMES, TOTALS, GRID_PS, FORGETS_PS = (), (), 100_000, 0
+        edge_ps = 0
+
+        def step(self, t_ps, ab, requested):
+            self.edge_ps = t_ps
+            return ab, 0, 0
+
+    with pytest.raises(RtecError, match="edge_ps holds a time and is not one of TIMES"):
+        ClassSearch(Remembers, Contract(step_counts=2)).run()
