@@ -35,6 +35,9 @@ class ClassSearch:
     those that are totals of steps; ``GRID_PS`` divides its constants, and a time ``FORGETS_PS`` ago makes no
     difference.
 
+    With ``together`` its inputs never come just before or just after its own calls: less than a proof, but whatever
+    is wrong can be played.
+
     Raises
     ------
     RtecError
@@ -49,7 +52,7 @@ class ClassSearch:
     (<Ending.BROKEN: 'broken'>, 1)
     """
 
-    def __init__(self, kind: Any, contract: Contract, *, window: int = 1) -> None:
+    def __init__(self, kind: Any, contract: Contract, *, window: int = 1, together: bool = False) -> None:
         declared: dict[str, Any] = {
             name: getattr(kind, name, None) for name in ("TIMES", "TOTALS", "GRID_PS", "FORGETS_PS")
         }
@@ -58,7 +61,7 @@ class ClassSearch:
             raise RtecError(
                 f"{kind.__name__} does not declare its state: {', '.join(missing)} missing; see docs/algorithm.md"
             )
-        self.kind, self.contract, self.window = kind, contract, window
+        self.kind, self.contract, self.window, self.together = kind, contract, window, together
         self.grid_ps: int = declared["GRID_PS"]
         if not 0 < self.grid_ps <= contract.turn_ps:
             raise RtecError(
@@ -190,7 +193,7 @@ class ClassSearch:
                     continue
             for asked in dict.fromkeys((owed, *range(-self.window, self.window + 1))):
                 yield asked, move, _TOGETHER
-                if due and (move or asked != owed):
+                if due and not self.together and (move or asked != owed):
                     yield asked, move, _BEFORE
                     yield asked, move, _AFTER
 

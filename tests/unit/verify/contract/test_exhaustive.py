@@ -180,11 +180,11 @@ def test_the_encoder_refuses_a_turn_at_speed_and_a_start_at_once():
 
 
 # --- users' classes ---
-@pytest.mark.parametrize("name", ["COrder", "CRawPins", "BOffset", "BTooSoon", "ARawPins", "CPowerUp"])
+@pytest.mark.parametrize("name", ["COrder", "CRawPins", "BOffset", "BTooSoon", "ARawPins", "CPowerUp", "ANotWoken"])
 def test_a_mutant_is_broken_and_the_judge_confirms_it(name):
     kind = getattr(mutants, name)
     contract = Contract.of(Design.named(name[0].lower()))
-    search = ClassSearch(kind, contract)
+    search = ClassSearch(kind, contract, together=True)
     assert search.run(most_s=60) is Ending.BROKEN
     run = search.way().played(Trials(InProcess(kind), contract), 100_000_000)
     assert run is not None and not run.right
