@@ -13,6 +13,9 @@ class Latched:
     The class attributes are what a new object begins with.
     """
 
+    TIMES: tuple[str, ...] = ("free_ps",)  # for ``rtec check --exhaustive``: which attributes are times
+    TOTALS = ("completed",)  # and which are totals
+    GRID_PS, FORGETS_PS = 50_000, 200_000  # divides all its times; older times make no difference
     CHANGES = 4  # of one step
     GAP_PS = 100_000  # between two of them, and after the last
     PASS_PS = 100_000  # after an edge that was let through
@@ -91,6 +94,8 @@ class Latched:
 class Original(Latched):
     """Pulses through OR gates in state 00, 1 us apart as an 8051 makes them; a gate lets no step begin at speed."""
 
+    TIMES = ("free_ps", "edge_ps")
+    GRID_PS, FORGETS_PS = 100_000, 5_100_000
     GAP_PS = 1_000_000
     SLOW_PS = 5_000_000  # without an edge for so long the axis is slow: no two of them come within a step
     pulses = 0

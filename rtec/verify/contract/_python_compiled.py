@@ -30,7 +30,7 @@ def record_of(algorithm: Any) -> Any:
             name: value
             for name, value in vars(kind).items()
             if not name.startswith("__")
-            and name != "REASONS"
+            and name not in ("REASONS", "TIMES", "TOTALS")
             and not callable(value)
             and not isinstance(value, staticmethod | property | str)
         }

@@ -185,8 +185,10 @@ def instant(
     before_in, before_out, before_done = s.ab_in, s.ab_out, s.completed
     in_order(s, m, now_ps, before_done + owed, move, order, other_side, orders)
     m.booked = s.completed - before_done
-    broken = int(count_both(s, m, before_in, before_out))
-    return broken if broken != KEPT else int(seen_so_far(s, m))
+    broken = count_both(s, m, before_in, before_out)
+    if broken != KEPT:
+        return int(broken)
+    return int(seen_so_far(s, m))
 
 
 @helper

@@ -36,7 +36,7 @@ class Grid:
     >>> from rtec.injector import Design, Processor, Timing
     >>> settings = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
     >>> Grid.of(settings, Contract.of(Design.C))
-    Grid(grid_ps=25000, quiet=36, rest=38)
+    Grid(grid_ps=25000, quiet=36, rest=44)
     """
 
     grid_ps: int
@@ -189,7 +189,14 @@ class BoxSearch:
 
     def way(self) -> Way:
         """Return the shortest way to the state that is wrong, as the events outside the box."""
-        hows, number = [int(self._at.how)], int(self._at.parent)
+        return self._way(int(self._at.parent), [int(self._at.how)])
+
+    def way_to(self, number: int) -> Way:
+        """Return the shortest way to one of the states found, by its number in the order of finding."""
+        return self._way(number, [])
+
+    def _way(self, number: int, hows: list[int]) -> Way:
+        """Return the way to a state, and what happens from there on."""
         while self._parents[number] >= 0:
             hows.append(int(self._hows[number]))
             number = int(self._parents[number])
@@ -210,7 +217,10 @@ class BoxSearch:
                 events.append(Event(time_ps=t_ps, total=0, move=move, close=close))
             completed += int(self._model.booked)
             words, after = after, words
-        return Way(state=number, events=tuple(events), end_ps=t_ps, looks=int(self._model.looks), grid_ps=grid_ps)
+        return Way(
+            state=number, events=tuple(events), end_ps=t_ps, looks=int(self._model.looks), grid_ps=grid_ps,
+            completed=completed, levels=(int(words[0]) >> 17) & 3,
+        )  # fmt: skip
 
     def _make_room(self, room: int) -> None:
         known = self._states.shape[0]

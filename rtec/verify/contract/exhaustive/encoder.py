@@ -22,7 +22,7 @@ class EncoderModel:
 
     >>> model = EncoderModel.of(Contract(step_counts=4), grid_ps=20_000, quiet=100)
     >>> model.begins, model.least_same, model.least_turn
-    ((0, 0, 0, 0, 77), (1, 22, 100, 22, 70), (1, 5, 5, 100, 5))
+    ((0, 0, 0, 0, 107), (1, 22, 100, 22, 100), (1, 5, 5, 100, 5))
     """
 
     begins: tuple[int, ...]
@@ -44,10 +44,10 @@ class EncoderModel:
         shortest = round(contract.quarter_ps - jitter_ps) // grid_ps
         turn = max(contract.turn_ps // grid_ps, 1)
 
-        def least_after(fastest: float) -> int:
-            """Return the whole points after which a count is possible from that speed."""
+        def least_after(fastest: float, most: int = quiet) -> int:
+            """Return the whole points after which a count is possible from that speed, up to so many."""
             least = shortest
-            while least < quiet and too_soon(fastest, (least + 1) * grid_ps, gain, jitter_ps):
+            while least < most and too_soon(fastest, (least + 1) * grid_ps, gain, jitter_ps):
                 least += 1
             return least
 
@@ -55,12 +55,12 @@ class EncoderModel:
             return least_after(fastest_hz(interval * grid_ps, True, gain, jitter_ps))
 
         turned_hz = math.sqrt(gain / 2.0)
-        turned = least_after(turned_hz)
-        slow, goal = shortest, min(quiet, max(shortest, 7 * turned // 10))
+        goal = min(quiet, max(shortest, 7 * least_after(turned_hz, 2 * quiet) // 10))
+        slow = shortest
         while same_after(slow) < goal:
             slow += 1
         begins = [0, 0, 0, 0, slow + 1]
-        same = [1, shortest, turned, shortest, same_after(slow)]
+        same = [1, shortest, least_after(turned_hz), shortest, same_after(slow)]
         least_turn = [1, turn, turn, _turn_after(slow + 1, turn, quiet, grid_ps, gain, jitter_ps), turn]
         return cls(begins=tuple(begins), least_same=tuple(same), least_turn=tuple(least_turn))
 

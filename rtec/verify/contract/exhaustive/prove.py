@@ -7,10 +7,13 @@ from collections.abc import Callable
 
 from rtec.errors import RtecError
 from rtec.injector import Algorithm
+from rtec.verify.contract._python_child import load
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.exhaustive.box_search import WINDOW, BoxSearch, Grid
+from rtec.verify.contract.exhaustive.class_search import ClassSearch
 from rtec.verify.contract.exhaustive.result import Ending, Exhausted
+from rtec.verify.contract.python_class import PythonClass
 from rtec.verify.contract.trials import Trials
 
 MOST_STATES, MOST_S = 20_000_000, 600.0
@@ -69,10 +72,11 @@ def prove(
     >>> found.ending.value, found.worst.fault.value
     ('broken', 'separation')
     """
+    if isinstance(algorithm, PythonClass):
+        return _prove_class(algorithm, contract, most_s, progress)
     if not isinstance(algorithm, BuiltIn):
-        raise RtecError(
-            f"{algorithm.name}: --exhaustive takes a design of rtec or a Python class that says its state"
-        )
+        allowed = "takes a design of rtec or a Python class that declares its state"
+        raise RtecError(f"{algorithm.name}: --exhaustive {allowed}")
     settings = algorithm.settings
     begun = time.monotonic()
     coarsest = Grid.of(settings, contract).grid_ps
@@ -104,6 +108,46 @@ def prove(
         successors=search.made,
         grid_ps=search.grid.grid_ps,
         window=window,
+        seconds=time.monotonic() - begun,
+        delay_ps=search.delay_ps,
+        worst=worst,
+        note=note,
+    )
+
+
+def _prove_class(
+    algorithm: PythonClass, contract: Contract, most_s: float, progress: Callable[[int], None]
+) -> Exhausted:
+    """Search the states of a user's class, in this process; what is found is played in its own."""
+    begun = time.monotonic()
+    try:
+        kind = load(algorithm.file, algorithm.class_name)
+    except ImportError as error:
+        raise RtecError(f"{algorithm.name}: {error}") from None
+    if algorithm.clock_ps[0]:
+        raise RtecError(f"{algorithm.name}: --exhaustive takes no --clock")
+    for together in (True, False):
+        search = ClassSearch(kind, contract, together=together)
+        ending = search.run(most_s=begun + most_s * (0.3 if together else 1.0) - time.monotonic(), progress=progress)
+        worst, note = None, ""
+        if ending is Ending.BROKEN:
+            way = search.way()
+            worst = way.played(Trials(algorithm, contract), 2 * contract.delay_ps + 100 * search.forgets_ps)
+        if worst is not None:
+            break
+    if ending is Ending.BROKEN and worst is None:
+        ending, note = Ending.UNDECIDED, "what the model breaks no run shows"
+    elif ending is Ending.UNDECIDED:
+        note = f"too many states{search.hint()}"
+    return Exhausted(
+        algorithm=algorithm.name,
+        contract=contract,
+        ending=ending,
+        states=search.found,
+        waiting=search.waiting,
+        successors=search.made,
+        grid_ps=search.grid_ps,
+        window=search.window,
         seconds=time.monotonic() - begun,
         delay_ps=search.delay_ps,
         worst=worst,

@@ -13,6 +13,8 @@ from rtec.verify.contract.streams import Stream, can_be
 from rtec.verify.contract.trials import Case, Run, Trials
 
 _MOST_TRIED = 3000
+_LOOSE = 6
+"""Events at the end of a way that may come a picosecond beside the grid."""
 
 
 class Ending(enum.Enum):
@@ -50,23 +52,40 @@ class Way:
     looks: int
     """Points of the grid in a period of the processor's looks."""
     grid_ps: int
+    completed: int
+    """Steps at the end."""
+    levels: int
+    """At the controller, at the end."""
 
-    def streams(self, until_ps: int) -> Iterator[Stream]:
+    def streams(self, contract: Contract, until_ps: int) -> Iterator[Stream]:
         """Yield streams that may go this way: what is close a picosecond sooner or later, at each look."""
-        loose = [k for k, event in enumerate(self.events) if event.close][-6:]
+        exact = self._times(round(contract.quarter_ps * (1.0 - contract.jitter)))
+        # one moves with the others, or it would come nearer to them than an encoder sends it
+        some = any(event.close for event in self.events)
+        loose = range(max(len(self.events) - _LOOSE, 0), len(self.events)) if some else range(0)
         for look in range(self.looks):
             for shifts in itertools.product((0, -1, 1), repeat=len(loose)):
-                times = [event.time_ps + look * self.grid_ps for event in self.events]
+                times = [t_ps + look * self.grid_ps for t_ps in exact]
                 for k, shift in zip(loose, shifts, strict=True):
                     times[k] += shift
                 timed = sorted(zip(times, self.events, strict=True), key=lambda pair: pair[0])
                 edges = [(t, event.move) for t, event in timed if event.move]
                 asked = [(t, event.total) for t, event in timed if not event.move]
-                yield Stream.of(self.state, edges, asked, self.end_ps + look * self.grid_ps + until_ps)
+                yield Stream.of(self.state, edges, asked, max(times, default=self.end_ps) + until_ps)
+
+    def _times(self, shortest_ps: int) -> list[int]:
+        """Return the times of the events, moved apart by what the rounding to the grid has taken from them."""
+        times, later_ps, last = [], 0, Event(time_ps=0, total=0, move=0, close=False)
+        for event in self.events:
+            if event.move and event.move == last.move:
+                later_ps += max(shortest_ps - (event.time_ps - last.time_ps), 0)
+            times.append(event.time_ps + later_ps)
+            last = event if event.move else last
+        return times
 
     def played(self, trials: Trials, longest_ps: int) -> Run | None:
         """Return the run that shows it, as the judge sees it; None where no run does."""
-        for stream in itertools.islice(self.streams(longest_ps), _MOST_TRIED):
+        for stream in itertools.islice(self.streams(trials.contract, longest_ps), _MOST_TRIED):
             if not can_be(stream, trials.contract):
                 continue
             must_finish = stream.final_state in trials.contract.states
