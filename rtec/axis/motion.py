@@ -50,9 +50,11 @@ class MotionKind(enum.Enum):
     """Creeping edges, edges over and back, turns and starts, drawn at random and aimed into insertions."""
     PROGRAMME = "programme"
     """A G-code programme, its fastest feed at the top speed."""
+    CAPTURE = "capture"
+    """The edges of a captured stream, each at its measured time."""
 
 
-NAMES = tuple(kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME)
+NAMES = tuple(kind.value for kind in MotionKind if kind not in (MotionKind.PROGRAMME, MotionKind.CAPTURE))
 PROGRAMME_ENDINGS = (".nc", ".ngc", ".gcode", ".tap", ".txt")
 
 
@@ -249,6 +251,49 @@ def programme_counts(program: Program, frequency_hz: float) -> float:
         if not isinstance(block, Dwell):
             at, way_mm = block.target_mm, way_mm + abs(block.target_mm - at)
     return way_mm * 4.0 * frequency_hz / _fastest(program)
+
+
+def captured_motion(edges_ps: _IntArray, moves: _IntArray, end_ps: int, corrections: int) -> Motion:
+    """Return the motion that sends given edges at exactly their times.
+
+    Parameters
+    ----------
+    edges_ps
+        Times, strictly increasing from 1 on, int64 ps of shape (n,), n at least 1.
+    moves
+        Counts of the edges, +1 or -1, int64 of shape (n,).
+    end_ps
+        When the axis has come to rest, after the last edge.
+    corrections
+        Steps asked for, evenly in time.
+
+    Notes
+    -----
+    A piece begins on each line at the time of its edge, so that no crossing has to be solved for. Towards the next
+    line it moves at the mean speed and falls short of it by a millionth of a count; before a turn, where nothing is
+    known of the speed, by a thousandth of a count.
+
+    Examples
+    --------
+    >>> motion = captured_motion(np.array([1_000_000, 1_500_000]), np.array([1, 1]), 2_000_000, 1)
+    >>> round(motion.top_hz), motion.requests_ps.tolist()
+    (500000, [1000000])
+    """
+    whole_within("corrections", corrections, 0, MOST_CORRECTIONS, unit="steps")
+    starts_ps = np.concatenate([[0], edges_ps]).astype(np.int64)
+    lasts_ps = np.diff(np.append(starts_ps, end_ps))
+    # line k lies half a count below count k
+    lines = np.cumsum(moves) - np.where(moves > 0, 0.5, -0.5)
+    way = moves * np.where(np.append(moves[1:] == moves[:-1], False), 1.0 - 1e-6, 1e-3)
+    none = np.zeros(starts_ps.size)
+    at, speed = np.append(0.0, lines), np.append(0.0, way / (lasts_ps[1:] / PS_PER_S))
+    segments = MotionSegments(
+        start_ps=starts_ps, duration_ps=lasts_ps, x0_mm=at, v0_mm_s=speed, a0_mm_s2=none, j0_mm_s3=none,
+        block=np.zeros(starts_ps.size, np.int64), block_end_ps=np.array([end_ps], np.int64),
+        end_mm=float(moves.sum()),
+    )  # fmt: skip
+    requests_ps = np.maximum(_evenly(end_ps, corrections), 1)
+    return Motion(kind=MotionKind.CAPTURE, segments=segments, requests_ps=requests_ps, acceleration_hz_s=0.0)
 
 
 def _fastest(program: Program) -> float:

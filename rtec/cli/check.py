@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._capture import CaptureOptions
 from rtec.cli._groups import OptionGroup
 from rtec.cli._motion import AskedMotion, motion
 from rtec.cli._parameters import (
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from rtec.board import Microcontroller
     from rtec.cli._check_algorithm import Chosen
     from rtec.injector import Design, Processor, RealEdges
+    from rtec.signal.captures import Capture
     from rtec.verify.contract.results import Verdict
     from rtec.verify.contract.streams import Stream
     from rtec.verify.contract.trials import Run
@@ -173,6 +175,7 @@ def check(
         "Search all reachable states instead (a design, or a Python class that says its state).",
         default=None,
     ),
+    captured: CaptureOptions,
     files: _Files,
     json: bool = _measured.JSON,
 ) -> None:
@@ -183,7 +186,7 @@ def check(
 
     Example: rtec check mine.py:MyDesign --design c --figure worst.png
     Example: rtec check top.v --step 2 --states all --clock 50MHz --vcd worst.vcd
-    Example: rtec check a --exhaustive --frequency '500 kHz'
+    Example: rtec check a --capture scope.csv --a CH0 --b CH1
     """
     from rtec.cli._check_algorithm import choose
 
@@ -192,8 +195,12 @@ def check(
         raise apart("--margin-figure", "--stream", "one stream has no margin")
     if stream is not None and motion is not None:
         raise apart("--motion", "--stream", "a stream has its own motion")
-    if exhaustive and (stream is not None or motion is not None or files.margin_figure is not None):
-        raise apart("--exhaustive", "--stream, --motion and --margin-figure", "it takes all streams at once")
+    capture = captured.read()
+    if stream is not None and capture is not None:
+        raise apart("--capture", "--stream", "one stream is played")
+    if exhaustive and any(each is not None for each in (stream, motion, capture, files.margin_figure)):
+        others = "--stream, --motion, --capture and --margin-figure"
+        raise apart("--exhaustive", others, "it takes all streams at once")
     chosen = choose(options)
     with closing(chosen.algorithm):
         if exhaustive:
@@ -201,7 +208,7 @@ def check(
         elif stream is not None:
             passed = _play(words, chosen, stream, files, as_json=json)
         else:
-            passed = _hold(words, chosen, motion, tries, seed, files, as_json=json)
+            passed = _hold(words, chosen, motion, capture, tries, seed, files, as_json=json)
     if not passed:
         raise typer.Exit(1)
 
@@ -210,6 +217,7 @@ def _hold(
     words: list[str],
     chosen: Chosen,
     motion: AskedMotion | None,
+    capture: Capture | None,
     tries: int,
     seed: int,
     files: _Files,
@@ -218,18 +226,26 @@ def _hold(
 ) -> bool:
     """Hold the algorithm to its contract; return whether it passes."""
     from rtec.report.terminal_check import show
+    from rtec.verify.contract.captured import captured_cases, captured_stream
     from rtec.verify.contract.motions import motion_cases
+    from rtec.verify.contract.streams import why_it_cannot_be
     from rtec.verify.contract.suite import check_algorithm
 
     more = None if motion is None else motion_cases(motion.kind, program=motion.program, seed=seed)
+    recorded = None if capture is None else captured_stream(capture)
+    beyond = "" if recorded is None else why_it_cannot_be(recorded, chosen.contract)
+    if beyond:
+        _console.note(f"the capture goes beyond the contract, and is judged all the same: {beyond}")
     with _console.progress("check", lines=chosen.faster) as progress:
         verdict = check_algorithm(
-            chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress
-        )
+            chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress,
+            captured=None if recorded is None else captured_cases(recorded),
+        )  # fmt: skip
     worst = None if verdict.worst is None else again(chosen.word, words, verdict.worst.case.stream)
     made = _write(verdict.worst, verdict.algorithm, files) | _write_margin(verdict, files.margin_figure)
     if as_json:
-        _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | made)
+        beside = {} if recorded is None else {"capture_beyond_contract": beyond or None}
+        _console.print_json(verdict.to_dict() | {"worst_case": worst, "note": chosen.note()} | beside | made)
     else:
         show(verdict, worst, chosen.note())
         for name, file in made.items():

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from rtec.cli import _console
+from rtec.cli._capture import CaptureOptions, refuse_made
 from rtec.cli._groups import OptionGroup
 from rtec.cli._motion import ACCELERATION, AskedMotion, acceleration, motion
 from rtec.cli._parameters import (
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 LARGE_BYTES = 10**9
 """Above this a waveform file is not written without a word."""
 LEVELS = ("00", "10", "11", "01")
+_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction", "seed")
+"""Options of a made stream."""
 
 
 def _sign(name: str, text: str) -> Any:
@@ -216,13 +219,13 @@ class Seen(OptionGroup):
 
 
 def simulate(
+    context: typer.Context,
     design: Design = design("Insertion design.", default=...),
-    frequency_hz: float = quantity(
+    frequency_hz: float | None = quantity(
         "--frequency",
         FREQUENCY,
         "500kHz",
         "Of the encoder's A (or B) square wave; of a motion the highest.",
-        default=...,
     ),
     corrections: int = option("--corrections", "N", "Steps asked for.", read=_steps, default=...),
     *,
@@ -235,6 +238,7 @@ def simulate(
     seed: int = whole("--seed", "Of jitter, glitches and the adversary.", default=0),
     box: _BoxOptions,
     encoder: _EncoderOptions,
+    captured: CaptureOptions,
     receiver: _ReceiverOptions,
     seen: Seen,
     as_json: bool = flag("--json", "One JSON document on stdout, nothing else.", panel=Seen.PANEL),
@@ -245,36 +249,57 @@ def simulate(
     angles carry their units. What is not given of the box is that of the --timing: 8051 is the report's words; with
     firmware the design's program runs on a 12 MHz 8051, instruction by instruction. A --motion other than steady ends
     at rest, where the box makes what it still owes; reversal and adversary aim a crossing of a line into each
-    insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency.
+    insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency. The edges
+    of a --capture come at their measured times: options of motion and encoder do not go with it.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
-    Example: rtec simulate --design original --frequency 20kHz --cycles 1e3 --corrections 9 --figure insertion.png
     Example: rtec simulate --design a --frequency 100kHz --cycles 1000 --corrections 5 --motion reversal --vcd f.vcd
+    Example: rtec simulate --design original --capture scope.csv --corrections 9 --figure insertion.png
     """
-    from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
     from rtec.controller import ReceiverSettings
-    from rtec.machine import OpenPath, with_motion
+    from rtec.machine import OpenPath, on_capture
 
-    if motion.kind is MotionKind.STEADY and acceleration_hz_s != ACCELERATION_HZ_S:
-        raise apart("--acceleration", "--motion steady")
-    path = OpenPath(
-        injector=box.settings(design, timing),
-        encoder=encoder.settings(seed),
-        receiver=ReceiverSettings(**asdict(receiver)),
-        frequency_hz=frequency_hz,
-        cycles=_cycles(cycles, motion.program, frequency_hz),
-        corrections=sign * corrections,
-        direction=direction,
-        microcontroller=timing.microcontroller,
-    )
-    whole_path = with_motion(
-        path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=seed
-    )
+    injector, input_ = box.settings(design, timing), ReceiverSettings(**asdict(receiver))
+    capture = captured.read()
+    if capture is not None:
+        refuse_made(context, (*_MADE, *(item.name for item in fields(_EncoderOptions))))
+        path = on_capture(
+            capture, injector=injector, receiver=input_, corrections=sign * corrections,
+            microcontroller=timing.microcontroller,
+        )  # fmt: skip
+    else:
+        hertz = _needed(frequency_hz)
+        made = OpenPath(
+            injector=injector,
+            encoder=encoder.settings(seed),
+            receiver=input_,
+            frequency_hz=hertz,
+            cycles=_cycles(cycles, motion.program, hertz),
+            corrections=sign * corrections,
+            direction=direction,
+            microcontroller=timing.microcontroller,
+        )
+        path = _in_motion(made, motion, acceleration_hz_s, seed)
     if seen.figure_state is not None and seen.figure is None:
         raise needs("--figure-state", "--figure")
     if seen.figure is not None and corrections == 0:
         raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
-    _carry_out(whole_path, seen, as_json)
+    _carry_out(path, seen, as_json)
+
+
+def _needed(frequency_hz: float | None) -> float:
+    if frequency_hz is None:
+        raise ArgumentError("--frequency", None, "such as 500kHz, or --capture FILE")
+    return frequency_hz
+
+
+def _in_motion(path: OpenPath, motion: AskedMotion, acceleration_hz_s: float, seed: int) -> OpenPath:
+    from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
+    from rtec.machine import with_motion
+
+    if motion.kind is MotionKind.STEADY and acceleration_hz_s != ACCELERATION_HZ_S:
+        raise apart("--acceleration", "--motion steady")
+    return with_motion(path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=seed)
 
 
 def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) -> int:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
         readings_of,
         run_machine,
     )
-    from rtec.machine.in_motion import with_motion
+    from rtec.machine.in_motion import on_capture, with_motion
     from rtec.machine.laser_readings import Laser, MeasuringRun, measuring_run, repeated_run, straight_pass
     from rtec.machine.open_path import OpenPath, OpenPathResult
     from rtec.machine.open_run import simulate
@@ -27,6 +27,7 @@ __all__ = [
     "OpenPath",
     "OpenPathResult",
     "measuring_run",
+    "on_capture",
     "readings_of",
     "repeated_run",
     "run_machine",

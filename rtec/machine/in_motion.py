@@ -6,23 +6,31 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtec.axis import Program, Window
+from rtec.axis import Encoder, Program, Window
 from rtec.axis.encoder import PERFECT
 from rtec.axis.motion import (
     ACCELERATION_HZ_S,
     Motion,
     MotionKind,
+    captured_motion,
     motion_of,
     programme_motion,
 )
 from rtec.axis.profile import plan_moves
+from rtec.board import Microcontroller
 from rtec.board.board import START_UP_READINGS, reading_ps
+from rtec.controller import ReceiverSettings
 from rtec.errors import ArgumentError
+from rtec.injector import InjectorSettings
 from rtec.injector._wave_kernels import COLUMNS, LEVEL_IN, LEVEL_OUT, TIME
 from rtec.machine.open_path import OpenPath
 from rtec.machine.open_run import MotionRun, box_of
+from rtec.signal import states_of_levels
+from rtec.signal.captures import Capture
 
 _TAPE_ROWS = 4096
+_FREQUENCIES_HZ = 1e-3, 1e8
+"""That an open path takes."""
 _AIMED = (MotionKind.REVERSAL, MotionKind.ADVERSARY)
 
 
@@ -148,3 +156,55 @@ def with_motion(
             seed=seed,
         )
     return replace(path, motion=motion)
+
+
+def on_capture(
+    capture: Capture,
+    *,
+    injector: InjectorSettings,
+    corrections: int = 0,
+    receiver: ReceiverSettings | None = None,
+    microcontroller: Microcontroller | None = None,
+) -> OpenPath:
+    """Return a path whose encoder sends captured edges at their measured times.
+
+    Parameters
+    ----------
+    capture
+        The edges; after its end the axis rests.
+    injector, corrections, receiver, microcontroller
+        As of `OpenPath`; corrections are asked for evenly in time.
+
+    Raises
+    ------
+    ArgumentError
+        More corrections than a motion can ask for.
+    FileFormatError
+        Both lines change at once somewhere.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from rtec.injector import Design, InjectorSettings, Processor, Timing
+    >>> from rtec.machine import simulate
+    >>> from rtec.signal import EdgeStream
+    >>> edges = EdgeStream([2_000_000, 4_000_000, 9_000_000], [1, 3, 1], initial=0)
+    >>> capture = Capture(path=Path("scope.csv"), edges=edges, end_ps=12_000_000)
+    >>> box = InjectorSettings(design=Design.C, timing=Timing.of(Design.C, Processor.FAST))
+    >>> result = simulate(on_capture(capture, injector=box, corrections=2))
+    >>> result.encoder_counts, result.controller_counts, result.good
+    (1, 5, True)
+    """
+    moves = capture.moves
+    motion = captured_motion(capture.edges.times_ps, moves, capture.end_ps, abs(corrections))
+    return OpenPath(
+        injector=injector,
+        encoder=Encoder(home_state=int(states_of_levels([capture.edges.initial])[0])),
+        receiver=receiver or ReceiverSettings(),
+        frequency_hz=float(np.clip(motion.top_hz, *_FREQUENCIES_HZ)),
+        cycles=-(-moves.size // 4),
+        corrections=corrections,
+        direction=-1 if moves.sum() < 0 else 1,
+        microcontroller=microcontroller,
+        motion=motion,
+    )

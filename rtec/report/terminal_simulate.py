@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
+from rtec.axis.motion import MotionKind
 from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
 from rtec.readable import hertz_text, time_text
@@ -60,6 +61,11 @@ def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]
     if path.motion is None:
         edges = f"{_whole(result.edges)} in {forward} direction"
         return [("encoder frequency", hertz_text(path.frequency_hz)), ("real edges", edges)]
+    if path.motion.kind is MotionKind.CAPTURE:
+        return [
+            ("highest frequency in the capture", hertz_text(result.top_hz)),
+            ("real edges", f"{_whole(result.edges)}, captured"),
+        ]
     return [
         ("motion", path.motion.kind.value),
         ("highest encoder frequency", hertz_text(result.top_hz)),

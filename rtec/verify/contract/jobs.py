@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtec.axis.motion import MotionKind
+from rtec.axis.motion import NAMES as MOTION_NAMES, MotionKind
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, PASSED, Choice, JobKind, Number, Parameters, Record
 from rtec.verify.contract import cases
@@ -89,7 +89,7 @@ MOTION = JobKind(
         Choice(name="design", words=tuple(design.value for design in Design)),
         Choice(name="gate", words=("on", "off"), default=("on",)),
         Choice(name="latch", words=tuple(edges.value for edges in RealEdges), default=(RealEdges.HOLD.value,)),
-        Choice(name="motion", words=tuple(kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME)),
+        Choice(name="motion", words=MOTION_NAMES),
         Number(name="frequency_hz", unit="Hz", low=1.0, high=5e6, default=100e3),
         Number(name="acceleration_hz_s", unit="Hz/s", low=1.0, high=1e12, default=100e6),
     ),

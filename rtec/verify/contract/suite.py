@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from rtec.injector import Algorithm
@@ -41,6 +41,7 @@ def check_algorithm(
     tries: int = TRIES,
     seed: int = 0,
     more: Callable[[Trials], Iterable[Case]] | None = None,
+    captured: Callable[[Trials], Iterable[Case]] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Verdict:
     """Hold an algorithm to the contract of a corrector.
@@ -57,6 +58,8 @@ def check_algorithm(
         Of the hunt.
     more
         Makes the caller's own cases, tried as the check ``"motion"`` (`rtec.verify.contract.motions.motion_cases`).
+    captured
+        Makes the runs of a captured stream, the check ``"capture"`` (`rtec.verify.contract.captured.captured_cases`).
     progress
         Called with the share done.
 
@@ -80,7 +83,7 @@ def check_algorithm(
     >>> verdict.passed, [check.name for check in verdict.checks if check.passed]
     (False, ['runs', 'passes', 'separation', 'delay'])
     """
-    suite = _Suite(Trials(algorithm, contract), tries, seed, more, progress)
+    suite = _Suite(Trials(algorithm, contract), tries, seed, {"motion": more, "capture": captured}, progress)
     suite.trials.watch = lambda: suite.show(0.0)
     return suite.verdict()
 
@@ -90,7 +93,8 @@ class _Suite:
     trials: Trials
     tries: int
     seed: int
-    more: Callable[[Trials], Iterable[Case]] | None
+    more: Mapping[str, Callable[[Trials], Iterable[Case]] | None]
+    """The caller's own cases by the names of their checks."""
     progress: Callable[[float], None]
     checks: list[Check] = field(default_factory=list)
     endured: dict[str, Endured] = field(default_factory=dict)
@@ -100,7 +104,7 @@ class _Suite:
 
     def verdict(self) -> Verdict:
         trials = self.trials
-        later = _WITH_REQUESTS if self.more is None else (*_WITH_REQUESTS, ("motion", self.more))
+        later = (*_WITH_REQUESTS, *((name, make) for name, make in self.more.items() if make is not None))
         parts = len(_WITHOUT_REQUESTS) + len(later) + len(KINDS) + 4
         for name, make in _WITHOUT_REQUESTS:
             self._try(name, make, parts)

@@ -6,11 +6,11 @@ from hypothesis import given, settings, strategies as st
 from profile_oracle import extremes
 
 from rtec.axis import Dwell, Encoder, Move, Program, Window
-from rtec.axis.motion import MotionKind, motion_named, motion_of, programme_motion
+from rtec.axis.motion import NAMES, MotionKind, motion_named, motion_of, programme_motion
 from rtec.errors import ArgumentError
 
 WINDOW = Window(begin_ps=4_000_000, end_ps=9_000_000, pause_ps=2_000_000_000, every_ps=2_000_000)
-WITHOUT_FILE = [kind for kind in MotionKind if kind is not MotionKind.PROGRAMME]
+WITHOUT_FILE = [MotionKind(name) for name in NAMES]
 COUNTS = Encoder(count_mm=1.0)
 
 

@@ -8,7 +8,7 @@ import can
 import pytest
 import typer
 
-from rtec.axis.motion import MotionKind
+from rtec.axis.motion import NAMES
 from rtec.blind.plan import PLANS
 from rtec.board import MICROCONTROLLERS
 from rtec.cli import application
@@ -51,7 +51,7 @@ MOTION = [one for one in dynamic_methods() if one.kind is not DynamicKind.NONE]
         ),
         ("safety", "fault", list(dict.fromkeys(hyphened(one.name.split(",")[0]) for one in VARIANTS))),
         ("safety", "phase", [hyphened(phase.value) for phase in Phase]),
-        ("simulate", "motion", [kind.value for kind in MotionKind if kind is not MotionKind.PROGRAMME]),
+        ("simulate", "motion", list(NAMES)),
     ],
 )
 def test_the_words_are_those_of_the_program(verb, name, real):

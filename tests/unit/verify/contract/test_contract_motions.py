@@ -17,7 +17,9 @@ PART = Program(
     blocks=(Move(target_mm=5.0, feed_mm_s=20.0), Dwell(seconds=3.0), Move(target_mm=-1.0, feed_mm_s=9.0)),
     start_mm=1.0,
 )
-EVERY = [(kind, PART if kind is MotionKind.PROGRAMME else None) for kind in MotionKind]
+EVERY = [
+    (kind, PART if kind is MotionKind.PROGRAMME else None) for kind in MotionKind if kind is not MotionKind.CAPTURE
+]
 
 
 def trials_of(design=Design.C, latch=RealEdges.HOLD, processor=Processor.FAST, **limits):
