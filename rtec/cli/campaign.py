@@ -177,11 +177,11 @@ def _carry_out(plan: Plan, store: Store, executor: Executor, again: str, files: 
         raise
     addresses = addresses_of(plan)
     if "csv" in files:
-        write_csv(files["csv"], lambda: store.records(addresses), again)
+        write_csv(files["csv"], lambda: store.records(addresses), again, plan)
     if "junit" in files:
-        write_junit(files["junit"], lambda: store.records(addresses), again, plan=plan.name)
+        write_junit(files["junit"], lambda: store.records(addresses), again, plan)
     if "parquet" in files:
-        write_parquet(files["parquet"], lambda: store.records(addresses), again)
+        write_parquet(files["parquet"], lambda: store.records(addresses), again, plan)
     if json:
         _console.print_json(
             found.to_dict() | {"store": str(store.path)} | {kind: str(p) for kind, p in files.items()}
@@ -240,6 +240,7 @@ def _one(plan: Plan, store: Store, address: str) -> None:
     stored = next((done.record for done in store.records([addresses[found[0]]])), None)
     _console.print_json({
         "job": addresses[found[0]], "code": code_of(job.function), **job.parameters, "seed": job.seed, "run": job.run,
+        "requirement": plan.requirement_ids(job.parameters),
         **record, "as_stored": None if stored is None else stored == record,
     })  # fmt: skip
     if stored is not None and stored != record:
