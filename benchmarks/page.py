@@ -233,6 +233,11 @@ ELSEWHERE = (
         "eight programs on two cores",
     ),
     (
+        "what a billion hours of cutting would take on a cluster, on paper",
+        "python -m benchmarks.billion_hours",
+        "[campaigns](campaign.md#a-billion-hours-of-cutting-on-paper)",
+    ),
+    (
         "`kill -9` at 100 random moments of a campaign",
         "pytest -m sweep tests/unit/cli/test_cli_campaign.py",
         "nothing lost or doubled, or fails",

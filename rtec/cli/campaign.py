@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli import _console, _measured
-from rtec.cli._parameters import apart, flag, force, option, whole, written
+from rtec.cli._parameters import apart, flag, folder, force, option, whole, written
 from rtec.cli._verb import said
 from rtec.cli._words import CAMPAIGNS, completing
 from rtec.errors import ArgumentError, RtecError
@@ -49,6 +49,7 @@ def campaign(
     store: Path | None = option("--store", "FILE.db", "Records are kept here; campaign-PLAN.db."),
     merge: list[Path] | None = option("--merge", "OTHER.db", "First take over the records of another store."),
     job: str | None = option("--job", "ADDRESS", "Run one job again, and compare its record with the stored one."),
+    output: Path | None = folder("-o --output", "Folder of a report, its map and its jobs.", panel=_OUTPUT),
     csv: Path | None = written("--csv", "FILE.csv", "Write a row for each job.", endings=(".csv",), panel=_OUTPUT),
     junit: Path | None = written(
         "--junit", "FILE.xml", "Write a test case for each job.", endings=(".xml",), panel=_OUTPUT
@@ -64,7 +65,7 @@ def campaign(
     Records are stored as they come. After Ctrl-C or a crash the same command goes on, and no job counts twice. Exits
     with 1 where a job failed or has no record, or a fault took effect in none of its jobs.
 
-    Example: rtec campaign safety --only glitches,cable-open --junit glitches.xml
+    Example: rtec campaign safety --only glitches,cable-open -o glitches
     Example: rtec campaign motions --only c,fast --runs 200 --csv motions.csv
     Example: rtec campaign envelope --scheduler tcp://10.0.0.5:8786 --json
     """
@@ -96,7 +97,11 @@ def campaign(
             else:
                 _one(chosen, kept, str(job))
         return
-    files = {kind: each for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet)) if each}
+    files = {
+        kind: each
+        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output))
+        if each
+    }
     with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
         for other in merge or []:
             _console.note(f"{kept.merge(other)} records taken over from {other}")
@@ -177,11 +182,17 @@ def _carry_out(plan: Plan, store: Store, executor: Executor, again: str, files: 
         raise
     addresses = addresses_of(plan)
     if "csv" in files:
-        write_csv(files["csv"], lambda: store.records(addresses), again)
+        write_csv(files["csv"], lambda: store.records(addresses), again, plan)
     if "junit" in files:
-        write_junit(files["junit"], lambda: store.records(addresses), again, plan=plan.name)
+        write_junit(files["junit"], lambda: store.records(addresses), again, plan)
     if "parquet" in files:
-        write_parquet(files["parquet"], lambda: store.records(addresses), again)
+        write_parquet(files["parquet"], lambda: store.records(addresses), again, plan)
+    if "report" in files:
+        from rtec.io import report_folder
+        from rtec.report.campaign import write_campaign
+
+        with report_folder(files["report"], "campaign") as folder_:
+            files["report"] = write_campaign(found, store, addresses, folder_, again=again)
     if json:
         _console.print_json(
             found.to_dict() | {"store": str(store.path)} | {kind: str(p) for kind, p in files.items()}
@@ -240,6 +251,7 @@ def _one(plan: Plan, store: Store, address: str) -> None:
     stored = next((done.record for done in store.records([addresses[found[0]]])), None)
     _console.print_json({
         "job": addresses[found[0]], "code": code_of(job.function), **job.parameters, "seed": job.seed, "run": job.run,
+        "requirement": plan.requirement_ids(job.parameters),
         **record, "as_stored": None if stored is None else stored == record,
     })  # fmt: skip
     if stored is not None and stored != record:

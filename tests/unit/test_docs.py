@@ -359,7 +359,7 @@ def test_json_keys_of_a_campaign(json_keys, tmp_path, monkeypatch, capsys):
     document["total"].pop("outcomes")
     (row,) = document["rows"]
     assert row.pop("outcomes") == {"correct": 1}
-    of_jobs = {"job", "run", "error"}  # none has failed
+    of_jobs = {"job", "requirement", "run", "error", "report"}  # none has failed, and nothing is written
     assert json_keys["campaign"] - of_jobs == keys_of(document) - set(document["by"]) | {"outcomes"}
 
 

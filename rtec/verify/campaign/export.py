@@ -14,6 +14,7 @@ from typing import Any
 from rtec.errors import RtecError
 from rtec.io import write_lines, write_text
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, Value
+from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.store import Done
 
 _NO_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -21,25 +22,31 @@ Records = Callable[[], Iterator[Done]]
 """Gives the records, as often as they are needed: there may be more than fit into memory as a table."""
 
 
-def _row(done: Done, again: str) -> dict[str, Value]:
+def again_of(done: Done, again: str) -> str:
+    """Return the command that runs one job of a campaign again."""
+    return f"{again} --job {done.address}"
+
+
+def _row(done: Done, again: str, plan: Plan) -> dict[str, Value]:
     """Return a record with all that is needed to repeat its job."""
     return {
         "job": done.address,
+        "requirement": " ".join(plan.requirement_ids(done.job.parameters)),
         **done.job.parameters,
         "seed": done.job.seed,
         "run": done.job.run,
         **done.record,
         "seconds": done.seconds,
         "worker": done.worker,
-        "again": f"{again} --job {done.address}",
+        "again": again_of(done, again),
     }
 
 
-def _columns(records: Records) -> list[str]:
-    return list(dict.fromkeys(name for done in records() for name in _row(done, "")))
+def _columns(records: Records, plan: Plan) -> list[str]:
+    return list(dict.fromkeys(name for done in records() for name in _row(done, "", plan)))
 
 
-def write_csv(file: Path, records: Records, again: str) -> None:
+def write_csv(file: Path, records: Records, again: str, plan: Plan) -> None:
     """Write a row for each job.
 
     Parameters
@@ -50,6 +57,8 @@ def write_csv(file: Path, records: Records, again: str) -> None:
         Of the campaign.
     again
         The command of the campaign, to which ``--job`` and the address of one job are added.
+    plan
+        That the records are of; it knows their requirements.
 
     Raises
     ------
@@ -57,23 +66,21 @@ def write_csv(file: Path, records: Records, again: str) -> None:
         It cannot be written.
     """
     text = io.StringIO()
-    writer = csv.DictWriter(text, _columns(records), lineterminator="\n")
+    writer = csv.DictWriter(text, _columns(records, plan), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_row(done, again) for done in records())
+    writer.writerows(_row(done, again, plan) for done in records())
     write_text(file, text.getvalue())
 
 
-def write_junit(file: Path, records: Records, again: str, *, plan: str) -> None:
+def write_junit(file: Path, records: Records, again: str, plan: Plan) -> None:
     """Write JUnit XML: a test case for each job, with its parameters, its record and its command as properties.
 
     A job whose fault did not take effect is skipped, one that failed is a failure.
 
     Parameters
     ----------
-    file, records, again
-        As of `write_csv`.
-    plan
-        Name of the plan: the suite's.
+    file, records, again, plan
+        As of `write_csv`; the suite has the name of the plan.
 
     Raises
     ------
@@ -93,7 +100,7 @@ def write_junit(file: Path, records: Records, again: str, *, plan: str) -> None:
     def lines() -> Iterator[str]:
         yield '<?xml version="1.0" encoding="UTF-8"?>'
         yield f"<testsuites {head}>"
-        yield f'<testsuite name="{_xml(plan)}" {head}>'
+        yield f'<testsuite name="{_xml(plan.name)}" {head}>'
         for done in records():
             yield from _case(done, again, plan)
         yield "</testsuite>"
@@ -102,12 +109,12 @@ def write_junit(file: Path, records: Records, again: str, *, plan: str) -> None:
     write_lines(file, lines())
 
 
-def _case(done: Done, again: str, plan: str) -> Iterator[str]:
+def _case(done: Done, again: str, plan: Plan) -> Iterator[str]:
     name = ", ".join([*(f"{key}={value}" for key, value in done.job.parameters.items()), f"run={done.job.run}"])
-    yield f'<testcase classname="{_xml(plan)}" name="{_xml(name)}" time="{done.seconds:.6f}">'
+    yield f'<testcase classname="{_xml(plan.name)}" name="{_xml(name)}" time="{done.seconds:.6f}">'
     yield "<properties>"
-    for key, value in _row(done, again).items():
-        if value is not None:
+    for key, value in _row(done, again, plan).items():
+        if value not in (None, ""):
             yield f'<property name="{_xml(key)}" value="{_xml(value)}"/>'
     yield "</properties>"
     if done.record["result"] == FAILED:
@@ -122,7 +129,7 @@ def _xml(value: object) -> str:
     return html.escape(_NO_XML.sub("?", str(value)))
 
 
-def write_parquet(file: Path, records: Records, again: str) -> None:
+def write_parquet(file: Path, records: Records, again: str, plan: Plan) -> None:
     """Write a row for each job as Parquet.
 
     Raises
@@ -135,5 +142,6 @@ def write_parquet(file: Path, records: Records, again: str) -> None:
         import pyarrow.parquet as pq  # noqa: PLC0415 - the same
     except ImportError as error:
         raise RtecError("--parquet needs pyarrow; python -m pip install 'rtec[parquet]' brings it") from error
-    rows: Sequence[dict[str, Any]] = [_row(done, again) for done in records()]
-    pq.write_table(pa.Table.from_pylist([{name: row.get(name) for name in _columns(records)} for row in rows]), file)
+    columns = _columns(records, plan)
+    rows: Sequence[dict[str, Any]] = [_row(done, again, plan) for done in records()]
+    pq.write_table(pa.Table.from_pylist([{name: row.get(name) for name in columns} for row in rows]), file)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -22,8 +23,9 @@ MOST_JOBS = 100_000
 """A larger product has to be meant."""
 _MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
 _FOLDER = Path(__file__).parent
-_TOP = ("about", "job", "seed", "runs", "by", "try", "only")
+_TOP = ("about", "job", "seed", "runs", "by", "requirement", "try", "only")
 _RANGE = ("from", "to", "points", "spacing", "draw")
+_ID = re.compile(r"[^\s,]{1,60}")
 _SPACINGS, _DRAWS = ("linear", "log"), ("random", "latin", "sobol")
 
 
@@ -60,6 +62,16 @@ class Condition:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Requirement:
+    """What some jobs of a plan are evidence for."""
+
+    id: str
+    """As its specification has it, without spaces."""
+    where: Mapping[str, tuple[Value, ...]]
+    """Jobs with one of these values of each parameter; all of the plan's where this is empty."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
     """What is tried: every combination of values, so many runs each.
 
@@ -84,6 +96,7 @@ class Plan:
     drawn: Mapping[str, Range]
     """Ranges of the others."""
     conditions: tuple[Condition, ...]
+    requirements: tuple[Requirement, ...] = ()
 
     def __post_init__(self) -> None:
         if self.sobol and len(self.sobol) < len(self.drawn):
@@ -134,6 +147,18 @@ class Plan:
         if not some:
             because = "; ".join(reasons) or "no combination meets its conditions"
             raise ArgumentError(f"plan {self.name}", "no job of it can prove anything", "other values", because)
+
+    def requirement_ids(self, parameters: Parameters) -> list[str]:
+        """Return the ids of the requirements that a job with these parameters is evidence for.
+
+        Examples
+        --------
+        >>> plan = replace(read_plan("pairs"), requirements=(Requirement(id="SR-12", where={"design": ("c",)}),))
+        >>> plan.requirement_ids({"design": "c"}), plan.requirement_ids({"design": "a"})
+        (['SR-12'], [])
+        """
+        met = (one.id for one in self.requirements if all(parameters[name] in of for name, of in one.where.items()))
+        return list(dict.fromkeys(met))
 
     def _draws(self) -> dict[str, list[Value]]:
         """Return the values of each drawn parameter, one a run."""
@@ -288,6 +313,7 @@ def read_plan(word: str) -> Plan:
             name=name, about=top.text("about") if top.has("about") else kind.does, kind=kind,
             seed=top.whole("seed", 0, (1 << 32) - 1), runs=top.whole("runs", 1, _MOST_RUNS), by=kind.by, grid=grid,
             drawn=drawn, conditions=tuple(_condition(top, kind, grid, rule) for rule in rules),
+            requirements=_requirements(top, kind, grid),
         )  # fmt: skip
         return plan.counted_by(top.texts("by")) if top.has("by") else plan
 
@@ -336,16 +362,37 @@ def _points(tried: Section, one: Number, given: dict[str, Any]) -> tuple[Value, 
     return tuple(dict.fromkeys(one.rounded(found.at(k / (points - 1))) for k in range(points)))
 
 
+def _requirements(top: Section, kind: JobKind, grid: Mapping[str, tuple[Value, ...]]) -> tuple[Requirement, ...]:
+    """Return the requirements: one id for the whole plan, or tables with an id and the jobs that it is for."""
+    if not top.has("requirement"):
+        return ()
+    given = top.raw("requirement")
+    found = []
+    for one in given if isinstance(given, list) else [{"id": given}]:
+        section = top.part("requirement", one, ("id", "if"))
+        name = section.raw("id") if section.has("id") else None
+        if not isinstance(name, str) or not _ID.fullmatch(name):
+            raise ArgumentError(section.where("id"), repr(name)[:60], "an id such as SR-12, without spaces or commas")
+        found.append(Requirement(id=name, where=_where(section, "requirement", kind, grid)))
+    return tuple(found)
+
+
+def _where(
+    section: Section, name: str, kind: JobKind, grid: Mapping[str, tuple[Value, ...]]
+) -> dict[str, tuple[Value, ...]]:
+    """Return the values that a table ``if`` names."""
+    some = [one for one in kind.parameters if one.name in grid]
+    given = section.raw("if") if section.has("if") else {}
+    part = section.part(f"{name}.if", given, tuple(one.key for one in some))
+    return {one.name: _values(part, one, part.raw(one.key)) for one in some if part.has(one.key)}
+
+
 def _condition(top: Section, kind: JobKind, grid: Mapping[str, tuple[Value, ...]], rule: object) -> Condition:
     keys = tuple(one.key for one in kind.parameters if one.name in grid)
     section = top.part("only", rule, ("if", *keys))
-    where = section.part("only.if", section.raw("if") if section.has("if") else {}, keys)
-
-    def read(part: Section) -> dict[str, tuple[Value, ...]]:
-        some = [one for one in kind.parameters if one.name in grid and part.has(one.key)]
-        return {one.name: _values(part, one, part.raw(one.key)) for one in some}
-
-    found = Condition(where=read(where), keep=read(section))
+    some = [one for one in kind.parameters if one.name in grid and section.has(one.key)]
+    keep = {one.name: _values(section, one, section.raw(one.key)) for one in some}
+    found = Condition(where=_where(section, "only", kind, grid), keep=keep)
     if not found.keep:
         raise FileFormatError(top.path, None, "a table [[only]] that keeps everything", f"one of {', '.join(keys)}")
     return found

@@ -122,7 +122,14 @@ class Campaign:
             "sensitivity": [index.to_dict() for index in self.sensitivity],
             "holes": [dict(hole) for hole in self.holes],
             "failing": [
-                {"job": one.address, **one.job.parameters, "run": one.job.run, **one.record} for one in self.failing
+                {
+                    "job": one.address,
+                    "requirement": self.plan.requirement_ids(one.job.parameters),
+                    **one.job.parameters,
+                    "run": one.job.run,
+                    **one.record,
+                }
+                for one in self.failing
             ],
             "errors": [{"job": one.address, "error": one.error} for one in self.raised],
         }

@@ -20,6 +20,7 @@ from rtec.verify.campaign.job import (
 from rtec.verify.safety.matrix import Outcome, Trial, judged, moments
 from rtec.verify.safety.phases import Phase, Twin, hyphened, new_cell, run_through, twin_of
 from rtec.verify.safety.soak import Episode, EpisodeJob, SoakPlan
+from rtec.verify.safety.threats import THREATS
 from rtec.verify.safety.variants import VARIANTS, Variant, impossible
 
 
@@ -33,6 +34,7 @@ _NONE = "none"
 _CLASSES = {
     "place": {word: variant.kind.place.value.lower() for word, variant in _VARIANTS.items()},
     "category": {word: hyphened(variant.kind.category.value) for word, variant in _VARIANTS.items()},
+    "threat": {word: THREATS[variant.kind].value for word, variant in _VARIANTS.items() if variant.kind in THREATS},
 }
 _DESIGN = Choice(name="design", words=tuple(design.value for design in Design))
 

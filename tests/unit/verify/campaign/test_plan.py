@@ -145,3 +145,28 @@ def test_a_kind_of_jobs_that_is_not_there(tmp_path, job):
 def test_built_in_plans_hold_jobs_with_different_addresses(name):
     jobs = list(read_plan(name).jobs())
     assert len({job.address("code") for job in jobs}) == len(jobs) > 0
+
+
+def test_requirements_are_of_the_whole_plan_or_of_the_jobs_that_a_table_names(plan_of):
+    tried = '[try]\nfate = ["pass", "fail"]\n'
+    assert [plan_of(f'requirement = "SR-12"\n{tried}').requirement_ids({"fate": fate}) for fate in ("pass",)] == [
+        ["SR-12"]
+    ]
+    tables = '[[requirement]]\nid = "SR-1"\n[[requirement]]\nid = "SR-2"\nif = { fate = "fail" }\n'
+    plan = plan_of(f"{tried}{tables}")
+    assert [plan.requirement_ids(row) for row in plan.rows()] == [["SR-1"], ["SR-1", "SR-2"]]
+    assert plan_of(tried).requirement_ids({"fate": "pass"}) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ('requirement = "SR 1"', "requirement.id: 'SR 1'"),
+        ("requirement = 12", "requirement.id: 12"),
+        ('[[requirement]]\nid = "SR-1"\nif = { fat = "fail" }', "unknown key 'requirement.if.fat'"),
+        ('[[requirement]]\nif = { fate = "fail" }', "requirement.id: None"),
+    ],
+)
+def test_a_requirement_that_means_nothing_is_refused(plan_of, text, told):
+    with pytest.raises(RtecError, match=told):
+        plan_of(text)

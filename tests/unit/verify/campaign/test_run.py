@@ -10,7 +10,7 @@ from rtec.verify.campaign import code
 from rtec.verify.campaign.executors import Batch, OtherCodeError, Processes, Serial, carry_out
 from rtec.verify.campaign.export import write_csv, write_junit, write_parquet
 from rtec.verify.campaign.job import Job
-from rtec.verify.campaign.plan import read_plan
+from rtec.verify.campaign.plan import Requirement, read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
 
@@ -139,8 +139,8 @@ def test_parquet_holds_the_same_as_csv(plan, tmp_path):
     with Store(":memory:") as store:
         run_campaign(small, store, Serial())
         addresses = addresses_of(small)
-        write_csv(tmp_path / "a.csv", lambda: store.records(addresses), "again")
-        write_parquet(tmp_path / "a.parquet", lambda: store.records(addresses), "again")
+        write_csv(tmp_path / "a.csv", lambda: store.records(addresses), "again", small)
+        write_parquet(tmp_path / "a.parquet", lambda: store.records(addresses), "again", small)
     table = parquet.read_table(tmp_path / "a.parquet")
     with (tmp_path / "a.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -149,12 +149,14 @@ def test_parquet_holds_the_same_as_csv(plan, tmp_path):
 
 
 def test_exports_hold_a_row_for_each_job(plan, tmp_path):
-    small = replace(plan.only(["pass", "fail", "idle"]), runs=2)
+    asked = Requirement(id="SR-1", where={}), Requirement(id="SR-2", where={"fate": ("fail",)})
+    small = replace(plan.only(["pass", "fail", "idle"]), name="a & b", runs=2, requirements=asked)
+    again = "rtec campaign 'a & b.toml'"
     with Store(":memory:") as store:
         run_campaign(small, store, Serial())
         addresses = addresses_of(small)
-        write_csv(tmp_path / "a.csv", lambda: store.records(addresses), "rtec campaign 'a & b.toml'")
-        write_junit(tmp_path / "a.xml", lambda: store.records(addresses), "rtec campaign 'a & b.toml'", plan="a & b")
+        write_csv(tmp_path / "a.csv", lambda: store.records(addresses), again, small)
+        write_junit(tmp_path / "a.xml", lambda: store.records(addresses), again, small)
     lines = (tmp_path / "a.csv").read_text().splitlines()
     assert len(lines) == 7
     assert lines[1].endswith(f"rtec campaign 'a & b.toml' --job {addresses[0]}")
@@ -165,4 +167,5 @@ def test_exports_hold_a_row_for_each_job(plan, tmp_path):
     assert [case.find("failure") is not None for case in suite] == [False, True, False] * 2
     properties = {one.get("name"): one.get("value") for one in suite[0].iter("property")}
     assert properties["again"] == f"rtec campaign 'a & b.toml' --job {addresses[0]}"
-    assert (properties["fate"], properties["run"]) == ("pass", "0")
+    assert (properties["fate"], properties["run"], properties["requirement"]) == ("pass", "0", "SR-1")
+    assert [line.split(",")[1] for line in lines] == ["requirement", *["SR-1", "SR-1 SR-2", "SR-1"] * 2]
