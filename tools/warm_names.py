@@ -74,7 +74,7 @@ def answers(machines: int, without: tuple[str, ...]) -> list[Answer]:
                     other_um=1e3 * float(np.std(residual_of(other, result.model))),
                 )
             )
-        print(f"machine {seed + 1} of {machines}", file=sys.stderr)  # noqa: T201
+        print(f"machine {seed + 1} of {machines}", file=sys.stderr)  # noqa: T201 - a tool tells how far it is
     return found
 
 
@@ -100,7 +100,7 @@ def main() -> None:
         "the file holds", "heat", "heat and more", "something else", "nothing", "what else", "before (um)",
         "held out (um)", "a shop's shift (um)", "left of it (um)",
     )  # fmt: skip
-    print("| " + " | ".join(heads) + " |", "|" + "---|" * len(heads), *lines, sep="\n")  # noqa: T201
+    print("| " + " | ".join(heads) + " |", "|" + "---|" * len(heads), *lines, sep="\n")  # noqa: T201 - its only output
 
 
 if __name__ == "__main__":
