@@ -111,5 +111,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_lines(path: str | Path, lines: Iterable[str]) -> None:
-    """Write lines as `write_text` does, with an end behind each."""
-    write_text(path, "".join(f"{line}\n" for line in lines))
+    """Write lines as `write_text` does, with an end behind each; they need not fit into memory together."""
+    with WholeFile(path) as file:
+        for line in lines:
+            file.write(f"{line}\n".encode())

@@ -24,6 +24,8 @@ from rtec.verify.campaign.store import Done, Store
 JOBS = "jobs"
 """Folder of the jobs' pages, and the name of their tables."""
 _LISTED = 12
+_MOST_SHOWN = 500
+"""Jobs of a cell that its page shows, those that failed first; the tables have all."""
 DEFINITIONS = (
     (
         "took effect",
@@ -187,13 +189,22 @@ class _Report:
                     self._anchor(column, panel),
                     ", ".join(filter(None, map(words_of, (row, column, panel)))) or "all",
                     worst_of(cell),
-                    [self._job(done) for done in self._store.records(cell.addresses)],
+                    self._shown(cell),
+                    max(cell.counts.tried + cell.counts.not_activated - _MOST_SHOWN, 0),
                 )
                 for column, panel, cell in self._cells(row)
             ]
             if cells:
                 plan, title = printable(self.campaign.plan.name), words_of(row) or "all"
                 yield page, html_page("campaign_jobs.html.j2", (), plan=plan, title=title, cells=cells)
+
+    def _shown(self, cell: Cell) -> list[dict[str, object]]:
+        failed, others = list[dict[str, object]](), list[dict[str, object]]()
+        for done in self._store.records(cell.addresses):
+            some = failed if done.record["result"] == FAILED else others
+            if len(some) < _MOST_SHOWN:
+                some.append(self._job(done))
+        return (failed + others)[:_MOST_SHOWN]
 
     def _job(self, done: Done) -> dict[str, object]:
         result, outcome = str(done.record["result"]), done.record.get("outcome")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rtec.errors import RtecError
-from rtec.io import write_lines, write_text
+from rtec.io import write_lines
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, Value
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.store import Done
@@ -66,10 +66,18 @@ def write_csv(file: Path, records: Records, again: str, plan: Plan) -> None:
         It cannot be written.
     """
     text = io.StringIO()
-    writer = csv.DictWriter(text, _columns(records, plan), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(_row(done, again, plan) for done in records())
-    write_text(file, text.getvalue())
+    writer = csv.DictWriter(text, _columns(records, plan), lineterminator="")
+
+    def lines() -> Iterator[str]:
+        writer.writeheader()
+        for done in records():
+            yield text.getvalue()
+            text.seek(0)
+            text.truncate()
+            writer.writerow(_row(done, again, plan))
+        yield text.getvalue()
+
+    write_lines(file, lines())
 
 
 def write_junit(file: Path, records: Records, again: str, plan: Plan) -> None:

@@ -48,7 +48,10 @@ class Threat(enum.Enum):
         "source identifier, sequence number: foreign identifiers are ignored, one's own from elsewhere is fatal; a "
         "flooded bus ends as silence does",
     )
-    RESEQUENCING = "resequencing", "sequence number: an older frame that comes late is refused"
+    RESEQUENCING = (
+        "resequencing",
+        "sequence number, time-out: an older frame that comes late is refused; the PC stops for a late answer",
+    )
     CORRUPTION = (
         "corruption",
         "safety code: CRC-8 over identifier and data; the total is sent twice, once inverted",

@@ -92,6 +92,14 @@ def test_a_plan_of_one_combination_has_jobs_and_no_map(plan, tmp_path):
     assert len(list(page_of(page.parent / "jobs/001-all.html").iter(f"{XHTML}code"))) == 2
 
 
+def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tmp_path):
+    many = replace(plan.only(["pass", "level=1"]), runs=503)
+    _, page, _ = written(many, tmp_path / "out")
+    jobs = page_of(page.parent / "jobs/001-all.html")
+    assert len(list(jobs.iter(f"{XHTML}code"))) == 500 and "3 more are in jobs.csv." in text_of(jobs)
+    assert len((page.parent / "jobs.csv").read_text().splitlines()) == 504
+
+
 def test_the_command_writes_a_report_of_faults_with_threats_and_repeats_its_jobs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["campaign", "safety", "--only", "pc-killed,threat=deletion,c,cutting", "--runs", "1", "--workers", "1"]
