@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from rtec.cli._check_algorithm import Chosen
     from rtec.cli.simulate import Seen
     from rtec.injector import Design
+    from rtec.injector.insertion_capture import InsertionCapture
     from rtec.machine import OpenPath
+    from rtec.verify.contract.open_play import PlayedPath
     from rtec.verify.contract.trials import Trials
 
     Clock = tuple[int, int]
@@ -107,9 +109,6 @@ def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_
     typer.Exit
         With 1 where a count is wrong, or corrections are left over.
     """
-    import numpy as np
-
-    from rtec.injector.waves import write_waves
     from rtec.report.terminal_played import show_played
     from rtec.verify.contract.open_play import play_path
     from rtec.verify.contract.trials import Trials
@@ -119,11 +118,8 @@ def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_
     path = moved(trials)
     capture = seen.check(path)
     played = play_path(trials, path)
-    rows, initial = played.rows(), (played.stream.stimulus().edges.initial, played.response.edges.initial)
-    if capture is not None:
-        capture.show(np.concatenate([[[0, *initial, 0, 0, 0]], rows]))
-    if seen.vcd is not None:
-        write_waves(seen.vcd, rows, initial=initial, end_ps=played.stream.until_ps)
+    if capture is not None or seen.vcd is not None:
+        _see(played, seen, capture)
     written = seen.written(path, capture, name=chosen.word)
     if as_json:
         _console.print_json(played.to_dict() | {"seed": path.encoder.seed, "note": chosen.note()} | written)
@@ -132,3 +128,16 @@ def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_
         seen.say(written)
     if not played.good:
         raise typer.Exit(1)
+
+
+def _see(played: PlayedPath, seen: Seen, capture: InsertionCapture | None) -> None:
+    """Show both sides of the box to what looks for an insertion, and write them as waveforms."""
+    import numpy as np
+
+    from rtec.injector.waves import write_waves
+
+    rows, initial = played.rows(), (played.stream.stimulus().edges.initial, played.response.edges.initial)
+    if capture is not None:
+        capture.show(np.concatenate([[[0, *initial, 0, 0, 0]], rows]))
+    if seen.vcd is not None:
+        write_waves(seen.vcd, rows, initial=initial, end_ps=played.stream.until_ps)
