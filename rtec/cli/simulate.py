@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+from contextlib import closing
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +34,7 @@ from rtec.cli._parameters import (
     works,
     written,
 )
+from rtec.cli._play_algorithm import AlgorithmOptions, play
 from rtec.errors import ArgumentError, OutputError
 from rtec.io import FIGURES
 from rtec.units import ANGLE, FREQUENCY, parse_in, parse_quantity
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from rtec.injector import Design, InjectorSettings, RealEdges
     from rtec.injector.insertion_capture import InsertionCapture
     from rtec.machine import OpenPath
+    from rtec.verify.contract.trials import Trials
 
 
 LARGE_BYTES = 10**9
@@ -50,6 +53,8 @@ LARGE_BYTES = 10**9
 LEVELS = ("00", "10", "11", "01")
 _MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction", "seed")
 """Options of a made stream."""
+_OF_A_DESIGN = ("timing", "glitch_probability", "glitch_ps")
+"""Options that mean nothing for an algorithm, beside those of the box."""
 
 
 def _sign(name: str, text: str) -> Any:
@@ -199,7 +204,7 @@ class Seen(OptionGroup):
             _agree_to_size(self.vcd, path)  # a pipe fills no disk
         return None if self.figure is None else InsertionCapture(self.figure_state)
 
-    def written(self, path: OpenPath, capture: InsertionCapture | None) -> dict[str, str | None]:
+    def written(self, path: OpenPath, capture: InsertionCapture | None, *, name: str = "") -> dict[str, str | None]:
         """Draw the figure; return the files by their names, None for one that there is nothing to show in."""
         files: dict[str, str | None] = {} if self.vcd is None else {"vcd": str(self.vcd)}
         if self.figure is None or capture is None:
@@ -213,9 +218,16 @@ class Seen(OptionGroup):
 
         design, processor = path.injector.design, path.microcontroller
         works = "" if processor is None else f", {processor.name}"
-        name = f"{design.title}{works}, {hertz_text(path.frequency_hz)}"
+        name = f"{name or design.title}{works}, {hertz_text(path.frequency_hz)}"
         write_figure(partial(insertion_figure, capture.found, name, design.step_counts), self.figure)
         return files | {"figure": str(self.figure)}
+
+    @staticmethod
+    def say(written: dict[str, str | None]) -> None:
+        """Print the names of the files."""
+        for name, file in written.items():
+            if file is not None:
+                typer.echo(f"{name}: {file}")
 
 
 def simulate(
@@ -239,6 +251,7 @@ def simulate(
     box: _BoxOptions,
     encoder: _EncoderOptions,
     captured: CaptureOptions,
+    own: AlgorithmOptions,
     receiver: _ReceiverOptions,
     seen: Seen,
     as_json: bool = flag("--json", "One JSON document on stdout, nothing else.", panel=Seen.PANEL),
@@ -253,23 +266,30 @@ def simulate(
     of a --capture come at their measured times: options of motion and encoder do not go with it.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
-    Example: rtec simulate --design a --frequency 100kHz --cycles 1000 --corrections 5 --motion reversal --vcd f.vcd
+    Example: rtec simulate --design c --algorithm mine.py:Mine --frequency 100kHz --cycles 1000 --corrections 5
     Example: rtec simulate --design original --capture scope.csv --corrections 9 --figure insertion.png
     """
     from rtec.controller import ReceiverSettings
     from rtec.machine import OpenPath, on_capture
 
+    if seen.figure_state is not None and seen.figure is None:
+        raise needs("--figure-state", "--figure")
+    if seen.figure is not None and corrections == 0:
+        raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
     injector, input_ = box.settings(design, timing), ReceiverSettings(**asdict(receiver))
     capture = captured.read()
     if capture is not None:
         refuse_made(context, (*_MADE, *(item.name for item in fields(_EncoderOptions))))
         path = on_capture(
-            capture, injector=injector, receiver=input_, corrections=sign * corrections,
+            capture,
+            injector=injector,
+            receiver=input_,
+            corrections=sign * corrections,
             microcontroller=timing.microcontroller,
-        )  # fmt: skip
+        )
     else:
         hertz = _needed(frequency_hz)
-        made = OpenPath(
+        path = OpenPath(
             injector=injector,
             encoder=encoder.settings(seed),
             receiver=input_,
@@ -279,12 +299,13 @@ def simulate(
             direction=direction,
             microcontroller=timing.microcontroller,
         )
-        path = _in_motion(made, motion, acceleration_hz_s, seed)
-    if seen.figure_state is not None and seen.figure is None:
-        raise needs("--figure-state", "--figure")
-    if seen.figure is not None and corrections == 0:
-        raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
-    _carry_out(path, seen, as_json)
+    moved = partial(_in_motion, path, None if capture is not None else motion, acceleration_hz_s, seed)
+    chosen = own.choose(context, design, (*_OF_A_DESIGN, *(item.name for item in fields(_BoxOptions))))
+    if chosen is None:
+        _carry_out(moved(), seen, as_json)
+    else:
+        with closing(chosen.algorithm):
+            play(chosen, moved, seen, as_json=as_json)
 
 
 def _needed(frequency_hz: float | None) -> float:
@@ -293,13 +314,27 @@ def _needed(frequency_hz: float | None) -> float:
     return frequency_hz
 
 
-def _in_motion(path: OpenPath, motion: AskedMotion, acceleration_hz_s: float, seed: int) -> OpenPath:
+def _in_motion(
+    path: OpenPath, motion: AskedMotion | None, acceleration_hz_s: float, seed: int, own: Trials | None = None
+) -> OpenPath:
+    """Set a path in motion, if it is not a captured one; crossings are aimed at insertions of its own algorithm."""
     from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
     from rtec.machine import with_motion
 
+    if motion is None:
+        return path
     if motion.kind is MotionKind.STEADY and acceleration_hz_s != ACCELERATION_HZ_S:
         raise apart("--acceleration", "--motion steady")
-    return with_motion(path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=seed)
+    window = None
+    if own is not None:
+        from rtec.verify.contract.motions import AIMED, insertion_window
+
+        window = insertion_window(own) if motion.kind in AIMED else None
+        if window is None and motion.kind in AIMED:
+            raise ArgumentError("--motion", motion.kind.value, "an algorithm that inserts at rest")
+    return with_motion(
+        path, motion.kind, program=motion.program, acceleration_hz_s=acceleration_hz_s, seed=seed, window=window
+    )
 
 
 def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) -> int:
@@ -326,9 +361,7 @@ def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
         _console.print_json(result.to_dict() | {"seed": path.encoder.seed} | written)
     else:
         show(path, result)
-        for name, file in written.items():
-            if file is not None:
-                typer.echo(f"{name}: {file}")
+        seen.say(written)
     if not result.good:
         raise typer.Exit(1)
 

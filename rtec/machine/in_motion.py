@@ -103,6 +103,7 @@ def with_motion(
     program: Program | None = None,
     acceleration_hz_s: float = ACCELERATION_HZ_S,
     seed: int = 0,
+    window: Window | None = None,
 ) -> OpenPath:
     """Return a path that moves in another way than steadily.
 
@@ -119,6 +120,8 @@ def with_motion(
         Of the encoder's frequency, at most.
     seed
         Of an adversary.
+    window
+        An insertion at rest that crossings are aimed at; without it that of the path's box.
 
     Raises
     ------
@@ -152,7 +155,7 @@ def with_motion(
             corrections=corrections,
             acceleration_hz_s=acceleration_hz_s,
             direction=path.direction,
-            window=insertion_at_rest(path) if kind in _AIMED else None,
+            window=(window or insertion_at_rest(path)) if kind in _AIMED else None,
             seed=seed,
         )
     return replace(path, motion=motion)

@@ -22,21 +22,24 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     if insertions.longest_ps is not None and insertions.real_inside is not None:
         inside = [
             ("last change after its edge, at most", time_text(insertions.longest_ps)),
-            ("real edges inside insertions", f"{_whole(insertions.real_inside)}, {EDGES[path.injector.real_edges]}"),
+            (
+                "real edges inside insertions",
+                f"{grouped(insertions.real_inside)}, {EDGES[path.injector.real_edges]}",
+            ),
         ]
     rows = [
         *_motion_rows(path, result),
-        ("encoder counts", _whole(result.encoder_counts)),
-        ("controller counts", _whole(result.controller_counts)),
-        ("corrections asked for", f"{_whole(result.insertions.requested)} steps of {result.step_counts} counts"),
-        ("corrections inserted", f"{_whole(result.insertions.completed)} steps"),
-        ("corrections left over", f"{_whole(result.pending)} steps"),
-        ("refused by the speed gate", f"{_whole(insertions.refused)} times"),
+        ("encoder counts", grouped(result.encoder_counts)),
+        ("controller counts", grouped(result.controller_counts)),
+        ("corrections asked for", f"{grouped(result.insertions.requested)} steps of {result.step_counts} counts"),
+        ("corrections inserted", f"{grouped(result.insertions.completed)} steps"),
+        ("corrections left over", f"{grouped(result.pending)} steps"),
+        ("refused by the speed gate", f"{grouped(insertions.refused)} times"),
         *inside,
-        ("illegal transitions", _whole(received.illegal_transitions)),
+        ("illegal transitions", grouped(received.illegal_transitions)),
         ("shortest time between edges", time_text(received.min_separation_ps)),
-        ("changes swallowed by the filter", _whole(received.filtered)),
-        ("glitches", _whole(result.glitches)),
+        ("changes swallowed by the filter", grouped(received.filtered)),
+        ("glitches", grouped(result.glitches)),
         ("servo fault", "none" if received.fault_ps is None else f"at {time_text(received.fault_ps)}"),
         ("simulated", f"{result.simulated_s:.6g} s in {result.wall_s:.3g} s"),
     ]
@@ -59,18 +62,18 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
 def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]]:
     forward = "+" if path.direction > 0 else "-"
     if path.motion is None:
-        edges = f"{_whole(result.edges)} in {forward} direction"
+        edges = f"{grouped(result.edges)} in {forward} direction"
         return [("encoder frequency", hertz_text(path.frequency_hz)), ("real edges", edges)]
     if path.motion.kind is MotionKind.CAPTURE:
         return [
             ("highest frequency in the capture", hertz_text(result.top_hz)),
-            ("real edges", f"{_whole(result.edges)}, captured"),
+            ("real edges", f"{grouped(result.edges)}, captured"),
         ]
     return [
         ("motion", path.motion.kind.value),
         ("highest encoder frequency", hertz_text(result.top_hz)),
         ("acceleration, at most", f"{hertz_text(path.motion.acceleration_hz_s)}/s"),
-        ("real edges", f"{_whole(result.edges)} there and back"),
+        ("real edges", f"{grouped(result.edges)} there and back"),
     ]
 
 
@@ -81,11 +84,11 @@ def verdict(path: OpenPath, result: OpenPathResult) -> str:
         return f"good: all corrections inserted ({added:+d} counts), every count right, no illegal transition"
     reasons = []
     if result.pending:
-        reasons.append(f"{_whole(abs(result.pending))} corrections are left over{_gate_reason(path, result)}")
+        reasons.append(f"{grouped(abs(result.pending))} corrections are left over{_gate_reason(path, result)}")
     illegal = result.received.illegal_transitions
     if illegal:
         plural = "s" if illegal > 1 else ""
-        reasons.append(f"{_whole(illegal)} illegal transition{plural} at the controller")
+        reasons.append(f"{grouped(illegal)} illegal transition{plural} at the controller")
     if not result.audit:
         reasons.append(_audit_reason(path, result))
     return "fails: " + "; ".join(reasons)
@@ -113,5 +116,6 @@ def _audit_reason(path: OpenPath, result: OpenPathResult) -> str:
     )
 
 
-def _whole(number: int) -> str:
+def grouped(number: int) -> str:
+    """Return a whole number with its digits in threes, as in 4 000."""
     return f"{number:,}".replace(",", " ")

@@ -125,9 +125,12 @@ def motion_for(
     return motion
 
 
-def stream_of(motion: Motion, state: int, sign: int) -> Stream:
-    """Return the edges of a motion from a state, and its requests as totals; a picosecond at least after power-up."""
-    edges = Encoder(count_mm=COUNT_MM, home_state=state).edges(motion.segments)
+def stream_of(motion: Motion, state: int, sign: int, *, encoder: Encoder | None = None) -> Stream:
+    """Return the edges of a motion from a state, and its requests as totals; a picosecond at least after power-up.
+
+    The encoder is a perfect one that is at home in the state, or a given one with counts of `COUNT_MM`.
+    """
+    edges = (encoder or Encoder(count_mm=COUNT_MM, home_state=state)).edges(motion.segments)
     moves = count_deltas(edges.levels, edges.initial).astype(np.int64)
     totals = sign * np.arange(1, motion.requests_ps.size + 1)
     return Stream(
