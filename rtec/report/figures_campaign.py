@@ -26,7 +26,7 @@ _LOOKS = {
 }
 """Colour, letter and words, the worst first; the letters tell them apart in grey print, too."""
 _MOST_COLUMNS, _MOST_ROWS = 90, 150
-_LETTER_INCH, _ROW_INCH, _TITLE_INCH, _LEGEND_INCH = 0.075, 0.17, 0.35, 0.65
+_LETTER_INCH, _ROW_INCH, _TITLE_INCH, _LEGEND_INCH = 0.065, 0.17, 0.35, 0.6
 _LARGEST_PT = 8.0
 
 
@@ -64,7 +64,7 @@ def campaign_figure(tally: Tally, link: Callable[[Value, Value, Value], str]) ->
         return None
     left_inch = _LETTER_INCH * max(len(words_of(value)) for value in rows.values) + 0.3
     title_inch = _LETTER_INCH * max(len(words_of(value)) for value in columns.values) + 0.1
-    above_inch = title_inch + _TITLE_INCH + _LEGEND_INCH
+    above_inch = title_inch + _TITLE_INCH * bool(panels.name) + _LEGEND_INCH
     height_inch = above_inch + _ROW_INCH * len(rows.values) + 0.1
     figure = new_figure(height_inch)
     figure.set_layout_engine("none")  # a constrained layout cuts the longest names off
