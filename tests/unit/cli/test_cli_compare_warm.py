@@ -72,7 +72,7 @@ def test_a_model_in_millimetres_leaves_the_same(here, answer):
         (
             {"features": (Feature(of="temperature_nase"),), "ranges": {}},
             ["log.csv"],
-            "no temperature_nase here, which the model follows; use the same sensors; did you mean 'temperature_nose'",
+            "no temperature_nase here, which the model follows; use the same sensors; did you mean 'temperature_n",
         ),
     ],
 )
