@@ -208,7 +208,8 @@ def check(
         elif stream is not None:
             passed = _play(words, chosen, stream, files, as_json=json)
         else:
-            passed = _hold(words, chosen, motion, capture, tries, seed, files, as_json=json)
+            source = said(context, *(item.name for item in fields(CaptureOptions)))
+            passed = _hold(words, chosen, motion, capture, source, tries, seed, files, as_json=json)
     if not passed:
         raise typer.Exit(1)
 
@@ -218,6 +219,7 @@ def _hold(
     chosen: Chosen,
     motion: AskedMotion | None,
     capture: Capture | None,
+    source: list[str],
     tries: int,
     seed: int,
     files: _Files,
@@ -242,6 +244,9 @@ def _hold(
             captured=None if recorded is None else captured_cases(recorded),
         )  # fmt: skip
     worst = None if verdict.worst is None else again(chosen.word, words, verdict.worst.case.stream)
+    if verdict.worst is not None and why_it_cannot_be(verdict.worst.case.stream, chosen.contract):
+        # --stream takes nothing that goes beyond the contract, a capture does
+        worst = shlex.join(["rtec", "check", chosen.word, *words, *source])
     made = _write(verdict.worst, verdict.algorithm, files) | _write_margin(verdict, files.margin_figure)
     if as_json:
         beside = {} if recorded is None else {"capture_beyond_contract": beyond or None}

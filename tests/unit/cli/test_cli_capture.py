@@ -124,6 +124,7 @@ def test_edges_that_no_axis_sends_are_said_and_judged(check, tmp_path):
     assert "the capture, nothing asked for" in row["reason"]
     assert "A and B change within 30 ns" in row["reason"]
     assert "1.00003ms comes 30ns after the one before" in err
+    assert verdict["worst_case"] == f"rtec check c --capture {file}"
 
 
 def test_a_stream_and_a_capture_do_not_go_together(check, scope):
