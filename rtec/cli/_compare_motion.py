@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import note, print_json
-from rtec.cli._parameters import apart
-from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.cli._measured import MeasuredOptions
@@ -40,12 +38,7 @@ def compare_motion(data: Sequence[Path], measured: MeasuredOptions, output: Path
     from rtec.training.free_run import free_run_of
     from rtec.units import symbol
 
-    if len(data) > 1:
-        raise ArgumentError("DATA", f"{len(data)} logs", "one log with a model of motion")
-    said = {"-o": output, "--heldout": measured.heldout, "--lock": measured.lock, "--observe": measured.observe}
-    for name, value in (said | {"--effects": measured.effects}).items():
-        if value not in (None, False):
-            raise apart(name, "a model of motion")
+    measured.refuse_beside("a model of motion", data, output)
     known = read_motion(measured.model or Path())
     log = log_like(known.head, data[0], measured.columns.choices())
     sequences = log.sequences

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import note, print_json
-from rtec.cli._parameters import apart
-from rtec.errors import ArgumentError
 
 if TYPE_CHECKING:
     from rtec.cli._measured import MeasuredOptions
@@ -38,12 +36,7 @@ def compare_warm(data: Sequence[Path], measured: MeasuredOptions, output: Path |
     from rtec.predictors.predictor_file import read_warm_model
     from rtec.training.warm_comparison import warm_residual
 
-    if len(data) > 1:
-        raise ArgumentError("DATA", f"{len(data)} logs", "one log with a model of a warm machine")
-    said = {"-o": output, "--heldout": measured.heldout, "--lock": measured.lock, "--observe": measured.observe}
-    for name, value in (said | {"--effects": measured.effects}).items():
-        if value not in (None, False):
-            raise apart(name, "a model of a warm machine")
+    measured.refuse_beside("a model of a warm machine", data, output)
     known, model = read_warm_model(measured.model or Path())
     found = warm_residual(model, data[0], choices=measured.columns.choices())
     trained_here = bool(known.source) and Path(found.log.source).name == known.source

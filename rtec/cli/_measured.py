@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -165,6 +165,15 @@ class MeasuredOptions(OptionGroup):
         if self.lock:
             dataset, other = locked(dataset)
         return Inputs(dataset=dataset, model=known, heldout=other, locked=self.lock)
+
+    def refuse_beside(self, what: str, logs: Sequence[Path], output: Path | None) -> None:
+        """Refuse several logs, and options that mean nothing, beside what takes one log."""
+        if len(logs) > 1:
+            raise ArgumentError("DATA", f"{len(logs)} logs", f"one log with {what}")
+        said = {"-o": output, "--heldout": self.heldout, "--lock": self.lock, "--observe": self.observe}
+        for name, value in (said | {"--blocks": self.blocks, "--effects": self.effects}).items():
+            if value not in (None, False):
+                raise apart(name, what)
 
     def _left_by_motion(
         self, data: Path, model: Path, choices: ColumnChoices, facts: dict[str, str], library: Library

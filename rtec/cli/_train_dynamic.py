@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import note, print_json, progress
-from rtec.errors import ArgumentError, unknown
+from rtec.errors import ArgumentError
 from rtec.io import check_file
 
 if TYPE_CHECKING:
@@ -29,12 +29,12 @@ def train_dynamic(data: Path, asked: TrainOptions) -> bool:
     """
     from rtec.dataset.dynamic_log import dynamic_log, log_like
     from rtec.training.compare_dynamic import compare_dynamic
+    from rtec.training.dynamic_methods import dynamic_methods
+    from rtec.training.dynamic_results import DynamicKind
 
-    pick = None if asked.pick is None else _row(asked.pick)
+    pick = asked.row([one.name for one in dynamic_methods() if one.kind is not DynamicKind.NONE], "model of motion")
+    asked.refuse_itself(data, "the second half judges")
     heldout = asked.heldout
-    if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
-        allowed = "another one; without it the second half judges"
-        raise ArgumentError("--heldout", heldout, allowed, problem="is the log itself")
     with progress(f"training on {data.name}", lines="") as show:
         choices = asked.columns.choices()
         log = dynamic_log(data, observe=asked.observe, inputs=asked.inputs, choices=choices)
@@ -56,17 +56,6 @@ def train_dynamic(data: Path, asked: TrainOptions) -> bool:
     elif asked.output is not None:
         typer.echo(f"{asked.output}: {written['written']}")
     return result.interrupted
-
-
-def _row(said: str) -> str:
-    from rtec.training.dynamic_methods import dynamic_methods
-    from rtec.training.dynamic_results import DynamicKind
-
-    names = [method.name for method in dynamic_methods() if method.kind is not DynamicKind.NONE]
-    as_one_word = {name.lower().replace(" ", "-"): name for name in names}
-    if (word := said.lower().replace(" ", "-")) not in as_one_word:
-        raise unknown("--pick", said, names, noun="model of motion")
-    return as_one_word[word]
 
 
 def _show(result: DynamicComparison) -> None:

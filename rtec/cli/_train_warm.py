@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rtec.cli._console import note, print_json, progress
-from rtec.errors import ArgumentError, RtecError, unknown
+from rtec.errors import ArgumentError, RtecError
 from rtec.io import check_file
 
 if TYPE_CHECKING:
@@ -43,12 +43,12 @@ def train_warm(data: Path, asked: TrainOptions) -> bool:
     from rtec.dataset.warm_blocks import FEWEST_BLOCKS
     from rtec.dataset.warm_log import warm_log
     from rtec.training.compare_warm import compare_warm
+    from rtec.training.warm_methods import warm_methods
+    from rtec.training.warm_results import WarmKind
 
-    pick = None if asked.pick is None else _row(asked.pick)
+    pick = asked.row([one.name for one in warm_methods() if one.kind is not WarmKind.NONE], "model of a warm machine")
+    asked.refuse_itself(data, "the last blocks judge")
     heldout = asked.heldout
-    if heldout is not None and data.exists() and heldout.exists() and data.samefile(heldout):
-        allowed = "another one; without it the last blocks judge"
-        raise ArgumentError("--heldout", heldout, allowed, problem="is the log itself")
     with progress(f"training on {data.name}", lines="") as show:
         choices = asked.columns.choices()
         fewest = FEWEST_BLOCKS if heldout is None else FEWEST_BLOCKS - 1
@@ -75,17 +75,6 @@ def train_warm(data: Path, asked: TrainOptions) -> bool:
     elif asked.output is not None:
         typer.echo(f"{asked.output}: {made['written']}")
     return result.interrupted
-
-
-def _row(said: str) -> str:
-    from rtec.training.warm_methods import warm_methods
-    from rtec.training.warm_results import WarmKind
-
-    names = [method.name for method in warm_methods() if method.kind is not WarmKind.NONE]
-    as_one_word = {name.lower().replace(" ", "-"): name for name in names}
-    if (word := said.lower().replace(" ", "-")) not in as_one_word:
-        raise unknown("--pick", said, names, noun="model of a warm machine")
-    return as_one_word[word]
 
 
 def _show(result: WarmComparison) -> None:

@@ -17,7 +17,7 @@ from rtec.cli._train_dynamic import train_dynamic
 from rtec.cli._train_options import TrainOptions
 from rtec.cli._train_warm import is_warm, train_warm
 from rtec.cli._words import MOTION_MODELS, PREDICTORS, WARM_MODELS, completing
-from rtec.errors import ArgumentError, unknown
+from rtec.errors import ArgumentError
 from rtec.io import FIGURES, check_file
 from rtec.units import TIME, parse_quantity
 
@@ -28,16 +28,6 @@ if TYPE_CHECKING:
 _INTERRUPTED = 130
 _WHOLE_LINES = 1000
 _BUDGET_S = 40.0
-
-
-def _row(said: str) -> str:
-    from rtec.training import all_methods
-
-    names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
-    as_one_word = {name.replace(" ", "-"): name for name in names}
-    if (word := said.replace(" ", "-")) not in as_one_word:
-        raise unknown("--pick", said, names, noun="predictor")
-    return as_one_word[word]
 
 
 def _budget(said: str) -> float:
@@ -139,9 +129,10 @@ def train(
 def _train_positions(data: Path, asked: TrainOptions) -> bool:
     """Fit, compare, show and write predictors of positions; return whether Ctrl-C ended it."""
     from rtec.dataset.dataset import warnings_of
-    from rtec.training import compare_predictors
+    from rtec.training import all_methods, compare_predictors
 
-    pick = None if asked.pick is None else _row(asked.pick)
+    names = [method.name for method in all_methods(several_axes=True) if method.name != "none"]
+    pick = asked.row(names, "predictor")
     with progress(f"training on {data.name}") as show:
         given = _measured.MeasuredOptions(
             heldout=asked.heldout, effects=asked.effects, axis=asked.axis, columns=asked.columns

@@ -208,11 +208,13 @@ def train(
 def _train_warm(
     data: Data, heldout: Data | Source | None, observe: str | None, blocks: str | None, budget_s: float, seed: int
 ) -> Document:
+    from rtec.dataset.warm_blocks import FEWEST_BLOCKS
     from rtec.report.figures_warm import warm_figure
     from rtec.report.warm_training import warm_document, warm_sentence
     from rtec.training.compare_warm import compare_warm
 
-    log = warm_log(data.measurement, observe=observe, blocks=blocks)
+    fewest = FEWEST_BLOCKS if heldout is None else FEWEST_BLOCKS - 1
+    log = warm_log(data.measurement, observe=observe, blocks=blocks, fewest_blocks=fewest)
     other = None if heldout is None else warm_log(data_of(heldout).measurement, like=log)
     result = compare_warm(log, other, budget_s=budget_s, seed=seed)
     return Document(warm_document(result), warm_sentence(result), {"warm": lambda: warm_figure(result)})

@@ -40,16 +40,14 @@ class WarmResidual:
     """Share of the rows within the interval; None where the model states none."""
 
 
-def warm_residual(
-    model: WarmModel, source: str | Path, *, blocks: str | None = None, choices: ColumnChoices = NO_CHOICES
-) -> WarmResidual:
+def warm_residual(model: WarmModel, source: str | Path, *, choices: ColumnChoices = NO_CHOICES) -> WarmResidual:
     """Return what a model leaves of a log, which it follows from the first row of each stretch.
 
     Parameters
     ----------
     model
         Of a displacement.
-    source, blocks, choices
+    source, choices
         As of `rtec.dataset.warm_log.warm_log`.
 
     Raises
@@ -61,9 +59,7 @@ def warm_residual(
     """
     if model.unit not in MM_OF:
         raise ArgumentError("--model", f"of {model.observe} in {model.unit}", "a model of a displacement in um or mm")
-    log = warm_log(
-        source, observe=model.observe, blocks=blocks, inputs=model.inputs[1:], fewest_blocks=1, choices=choices
-    )
+    log = warm_log(source, observe=model.observe, inputs=model.inputs[1:], fewest_blocks=1, choices=choices)
     predicted, _ = model.predict(log.time_s, log.inputs, log.starts)
     left = next(iter(log.outputs.values())) - predicted * MM_OF[model.unit] * _UM_PER_MM
     answered = np.isfinite(left)

@@ -67,6 +67,7 @@ def test_a_model_in_millimetres_leaves_the_same(here, answer):
     [
         ({}, ["log.csv", "trained.csv"], "one log with a model of a warm machine"),
         ({}, ["log.csv", "--heldout", "trained.csv"], "--heldout does not go with a model of a warm machine"),
+        ({}, ["log.csv", "--blocks", "run"], "--blocks does not go with a model of a warm machine"),
         ({"observe": "ch2"}, ["log.csv"], "ch2"),
         ({"unit": "N"}, ["log.csv"], "of ch1 in N"),
         (
