@@ -8,6 +8,7 @@ from functools import lru_cache
 from rtec.injector import Design
 from rtec.machine.fault_kinds import FaultPlace
 from rtec.machine.faults import Fault
+from rtec.units import PS_PER_S
 from rtec.verify.campaign.job import (
     EXEMPT,
     FAILED,
@@ -162,7 +163,8 @@ def episode_record(episode: Episode) -> Record:
         "outcome": episode.outcome.value,
         "beyond_supervision": beyond,
         "faults": ", ".join(
-            f"{_word(one.variant)} at axis {one.axis} during {one.phase.value}" for one in episode.injected
+            f"{_word(one.variant)} at axis {one.axis} during {one.phase.value} at {one.activated_ps / PS_PER_S:.3f} s"
+            for one in episode.injected
         ),
         "without_effect": ", ".join(map(_word, episode.unfired)),
         "wrong": episode.wrong,
