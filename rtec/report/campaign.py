@@ -11,6 +11,7 @@ from typing import Any
 from rtec.io import write_text
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.report.appearance import printable
+from rtec.report.campaign_coverage import coverage_csv, coverage_values
 from rtec.report.campaign_tally import Cell, Group, Tally, residual, tallied
 from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_campaign import campaign_figure, words_of, worst_of
@@ -78,6 +79,8 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
             trace.write_vcd(new / JOBS / f"{address}.vcd")
         for page, text in report.job_pages():
             write_text(new / page, text)
+        if campaign.coverage is not None:
+            write_text(new / "coverage.csv", coverage_csv(campaign.coverage))
         write_csv(new / f"{JOBS}.csv", lambda: store.records(addresses), again, campaign.plan)
         write_junit(new / f"{JOBS}.xml", lambda: store.records(addresses), again, campaign.plan)
 
@@ -167,7 +170,7 @@ class _Report:
                 for one in campaign.sensitivity
             ],
             "definitions": DEFINITIONS,
-        }  # fmt: skip
+        } | coverage_values(campaign.coverage)  # fmt: skip
 
     def _facts(self) -> list[tuple[str, str]]:
         campaign, plan = self.campaign, self.campaign.plan

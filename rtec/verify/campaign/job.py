@@ -210,6 +210,10 @@ class JobKind:
     """For each combination of these at least one job has to be activated, or there is a hole in the evidence."""
     impossible: Callable[[Parameters], str | None] = lambda parameters: None
     """Returns why a job with these parameters cannot prove anything; None: it can."""
+    observed: tuple[Choice, ...] = ()
+    """Words of the record that count as dimensions of the coverage, beside the parameters."""
+    unreachable: Callable[[Parameters], str | None] = lambda parameters: None
+    """Returns why no job takes effect with these parameters and observed words; None: one can."""
 
     def parameter(self, key: str) -> Parameter | None:
         """Return the parameter that a plan's key or a job's name stands for."""

@@ -24,7 +24,7 @@ from rtec.verify.safety.matrix import Outcome, Trial, judged, moments
 from rtec.verify.safety.phases import Phase, Twin, first_effect, hyphened, new_cell, run_through, twin_of
 from rtec.verify.safety.soak import Episode, EpisodeJob, SoakPlan
 from rtec.verify.safety.threats import THREATS
-from rtec.verify.safety.variants import VARIANTS, Variant, impossible
+from rtec.verify.safety.variants import VARIANTS, Variant, impossible, unreachable
 
 
 def _word(variant: Variant) -> str:
@@ -196,6 +196,13 @@ def _impossible(parameters: Parameters) -> str | None:
     return impossible(first, phase) or impossible(second, phase)
 
 
+def _unreachable(parameters: Parameters) -> str | None:
+    """Return why the first fault cannot take effect first in a state of the axis and a direction."""
+    variant, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
+    design, state = Design.named(str(parameters["design"])), int(str(parameters["state"]))
+    return unreachable(variant, phase, design, state, str(parameters["direction"]))
+
+
 FAULT = JobKind(
     does="A fault, or two, are injected in a phase of operation, and the controller's counts compared in the end.",
     function=f"{__name__}:inject",
@@ -209,6 +216,11 @@ FAULT = JobKind(
     trace="rtec.verify.safety.trace:trace_of",
     proves=("fault", "phase"),  # of pairs, many a first fault stops the machine before the second can act
     impossible=_impossible,
+    observed=(
+        Choice(name="state", words=("1", "2", "3", "4")),
+        Choice(name="direction", words=("positive", "negative", "rest")),
+    ),
+    unreachable=_unreachable,
 )
 EPISODE = JobKind(
     does="Three axes cut with random faults of every class, until their programs end or the machine is held.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -165,23 +166,24 @@ def first_effect(cell: MonitoredCell, phase: Phase, activation: FaultActivation[
     """Return when a fault first took effect, and what axis 1 was doing; None: it did not.
 
     The machine, which has been through the phase, is taken there once more. What a fault of lines or word has done is
-    noted a look later; here the looks are a microsecond apart.
+    noted a look later; here looks come closer and closer.
     """
     fault, first_ps = activation.fault, activation.first_ps
     if first_ps is None:
         return None
     if fault.kind.activated_by in _NOTED_LATER and fault.trigger is Trigger.AT_ONCE:
-        cell.rewind()
-        run_through(cell, phase, until_ps=max(first_ps - SLICE_PS, fault.from_ps))
-        cell.monitor(until_ps=first_ps, slice_ps=_CLOSE_PS)
-        first_ps = cell.fired[cell.faults.index(fault)].first_ps or first_ps
+        for wide_ps, close_ps in pairwise((SLICE_PS, *_CLOSER_PS)):
+            cell.rewind()
+            run_through(cell, phase, until_ps=max(first_ps - wide_ps, fault.from_ps))
+            cell.monitor(until_ps=first_ps, slice_ps=close_ps)
+            first_ps = cell.fired[cell.faults.index(fault)].first_ps or first_ps
     cell.rewind()
     run_through(cell, phase, until_ps=first_ps)
     return cell.axis_then(1)
 
 
 _NOTED_LATER = (ActivatedBy.CABLE, ActivatedBy.WORD, ActivatedBy.GLITCHES)
-_CLOSE_PS = PS_PER_US
+_CLOSER_PS = PS_PER_US, PS_PER_US // 100
 _ORDERS: dict[Phase, Orders] = {
     Phase.PROBING: [(1_200 * PS_PER_MS, Order.PROBE), (4_200 * PS_PER_MS, Order.CUT)],
     Phase.LARGE: [(1_000 * PS_PER_MS, Order.LARGE)],
