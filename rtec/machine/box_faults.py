@@ -8,7 +8,7 @@ from rtec._jit import Record
 from rtec.board._board_kernels import board_ask, board_restart, board_switch
 from rtec.injector._kernels import switch
 from rtec.machine import _faulty_kernels as kernels
-from rtec.machine._fault_kernels import BOX_RESTART, POWER_OFF, SWITCH_THROWN
+from rtec.machine._fault_kernels import BOX_RESTART, SWITCH_THROWN
 from rtec.machine.fault_kinds import FaultRow
 from rtec.machine.open_fault_kinds import CLOCK, HUNG, LATCH, OpenFaultRow
 

@@ -6,7 +6,7 @@ beyond the window's end it keeps for the next one.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def line_fault(fault: Fault, initial: int) -> LineFault:
     return _Missed(fault, initial) if code == MISSED else _Shifted(fault)
 
 
-def stream_of(times_ps: _Ints, levels: NDArray[np.uint8], initial: int) -> EdgeStream:
+def stream_of(times_ps: _Ints, levels: NDArray[np.integer[Any]], initial: int) -> EdgeStream:
     """Return the stream of levels at ascending times, of which some may change nothing."""
     changed = levels != np.concatenate([[initial], levels[:-1]]) if levels.size else np.zeros(0, bool)
     return EdgeStream(times_ps[changed], levels[changed].astype(np.uint8), int(initial))
@@ -217,4 +217,6 @@ class _Shifted:
         if row.falls_only:
             moved &= edges.levels & row.line == 0
         self._edge_ps = int(times[-1])
-        return EdgeStream(times + np.where(moved, (shorter * row.factor).astype(np.int64), 0), edges.levels, edges.initial)
+        return EdgeStream(
+            times + np.where(moved, (shorter * row.factor).astype(np.int64), 0), edges.levels, edges.initial
+        )

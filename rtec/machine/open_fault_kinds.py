@@ -1,4 +1,4 @@
-"""Classes of faults of the open signal path: those of the cell that have a meaning there, and those that only it has."""
+"""Classes of faults of the open signal path: those of the cell that have a meaning there, and some of its own."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class OpenFaultRow(FaultRow):
     within_ps: int = 0
     """Time in which the pulses of a burst begin, ps."""
     factor: float = 1.0
-    """Delay as a share of the shorter of the intervals around an edge (``SHIFTED``); rate of the clock (``CLOCK``)."""
+    """Delay as a share of the shorter interval beside an edge (``SHIFTED``); rate of the clock (``CLOCK``)."""
     falls_only: bool = False
     """Whether only falling edges come late: the high part becomes longer."""
 
@@ -87,14 +87,14 @@ ONLY_OPEN = (
         line=LINE_A, factor=1 / 5, falls_only=True, seen_by="a look at the duty, as at a capture",
     ),
     OpenFaultRow(
-        "processor hung", HUNG, _F.POWER, _A.TWIN, "its program stands still, outputs stay; at the end it is restarted",
+        "processor hung", HUNG, _F.POWER, _A.TWIN, "its program stands still, the outputs stay; its end is a restart",
     ),
     OpenFaultRow("clock fast", CLOCK, _F.BOX, _A.TWIN, "the processor runs at twice its rate", factor=2.0),
     OpenFaultRow("clock slow", CLOCK, _F.BOX, _A.TWIN, "the processor runs at half its rate", factor=0.5),
     OpenFaultRow("hold latch stuck closed", LATCH, _F.BOX, _A.TWIN, "the gates keep the lines as they are", number=1),
     OpenFaultRow("hold latch stuck open", LATCH, _F.BOX, _A.TWIN, "real edges merge with the pulses"),
     OpenFaultRow(
-        "request corrupted", REQUEST, _F.TOTAL, _A.BEGUN, "a bit of the next request is wrong, until the one after it",
+        "request corrupted", REQUEST, _F.TOTAL, _A.BEGUN, "a bit of the next request is wrong, of no other",
     ),
 )  # fmt: skip
 """Those that only the open path has."""

@@ -10,17 +10,13 @@ import random
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from itertools import chain
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record
-from rtec.axis import _kernels as axis_kernels
-from rtec.axis.motion import COUNT_MM, Motion
 from rtec.errors import ArgumentError
 from rtec.injector._wave_kernels import COMPLETED, LEVEL_OUT, TIME
 from rtec.machine import _faulty_kernels as kernels
@@ -29,124 +25,13 @@ from rtec.machine.fault_kinds import FaultRow
 from rtec.machine.faults import Fault
 from rtec.machine.line_faults import LineFault, differences, line_fault
 from rtec.machine.open_fault_kinds import BOX_CODES, LINE_CODES, REQUEST, check_pair, why_not, word_of
+from rtec.machine.open_fault_outcome import FaultEffect, FaultOutcome, Watched
 from rtec.machine.open_path import OpenPath, OpenPathResult
 from rtec.machine.open_run import MotionRun, box_of, result_of_path, settle_ps, stop
 from rtec.machine.tape import TraceRecorder, TraceSink, WaveFile
+from rtec.machine.windows import Asks, Source, Window
 from rtec.signal import NEVER, EdgeStream
 from rtec.units import PS_PER_S
-
-_CHUNK_EDGES = 1 << 16
-_Ints = NDArray[np.int64]
-Asks = tuple[_Ints, _Ints]
-"""When requests come, ps, not decreasing, and the totals that they ask for; int64 (n,) each."""
-
-NOT_ACTIVATED, MASKED, DETECTED, SILENT = "not activated", "masked", "detected", "silent corruption"
-"""What becomes of faults. One that did not take effect proves nothing; a masked one left every count right and nobody
-noticed; a silent one left a wrong count, and nobody noticed."""
-
-
-@dataclass(slots=True, kw_only=True)
-class FaultEffect:
-    """What shows that a fault took effect."""
-
-    fault: Fault
-    activated_ps: int | None = None
-    """When it took effect first; None: it did not."""
-    changes: int = 0
-    """Moments at which the lines behind it, or the box's output and its completed total, were not what they would have
-    been without it."""
-
-    def add(self, found: tuple[int | None, int]) -> None:
-        """Take what a window shows: when first, how often."""
-        if self.activated_ps is None:
-            self.activated_ps = found[0]
-        self.changes += found[1]
-
-    def to_dict(self) -> dict[str, object]:
-        """Return it under the names that scripts rely on."""
-        fault = self.fault
-        return {
-            "fault": word_of(fault.kind),
-            "place": "box" if fault.kind.code in BOX_CODES else "request" if fault.kind.code == REQUEST else "lines",
-            "from_ps": fault.from_ps,
-            "until_ps": fault.until_ps,
-            "activated": self.activated_ps is not None,
-            "activated_ps": self.activated_ps,
-            "changes": self.changes,
-        }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FaultOutcome:
-    """What became of the faults of a run."""
-
-    effects: tuple[FaultEffect, ...]
-    noticed: tuple[str, ...]
-    """By whom, or by what, more than in the run without faults; empty where nobody noticed."""
-    off_counts: int
-    """Counts of the controller less those of the encoder itself and of the completed steps."""
-    good_without: bool
-    """Whether the run is good without the faults."""
-
-    @property
-    def activated(self) -> bool:
-        """Return whether each fault took effect."""
-        return all(effect.activated_ps is not None for effect in self.effects)
-
-    @property
-    def word(self) -> str:
-        """Return the class of the outcome.
-
-        Examples
-        --------
-        >>> FaultOutcome(effects=(), noticed=(), off_counts=-4, good_without=True).word
-        'silent corruption'
-        """
-        if not self.activated:
-            return NOT_ACTIVATED
-        if self.noticed:
-            return DETECTED
-        return SILENT if self.off_counts else MASKED
-
-    def to_dict(self) -> dict[str, object]:
-        """Return it under the names that scripts rely on."""
-        return {
-            "faults": [effect.to_dict() for effect in self.effects],
-            "outcome": self.word,
-            "off_counts": self.off_counts,
-            "noticed": list(self.noticed),
-            "good_without_faults": self.good_without,
-        }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Watched:
-    """What those who can notice a fault see at the end of a run."""
-
-    illegal: int
-    """Illegal transitions at the controller."""
-    illegal_in: int
-    """Changes of both lines at once that go into the box."""
-    agrees: bool
-    """Whether controller and box, which sees the lines behind the cable, agree about the counts."""
-    pending: int
-    """Steps still owed."""
-    stopped: bool
-    """Whether the controller has latched a servo fault."""
-
-    def noticed(self, twin: Watched) -> tuple[str, ...]:
-        """Return who noticed more than in the run without faults."""
-        return tuple(
-            who
-            for who, more in (
-                ("controller: illegal", self.illegal > twin.illegal),
-                ("controller: servo fault", self.stopped and not twin.stopped),
-                ("box: encoder fault", self.illegal_in > twin.illegal_in),
-                ("audit: count mismatch", twin.agrees and not self.agrees),
-                ("audit: corrections left over", abs(self.pending) > abs(twin.pending)),
-            )
-            if more
-        )
 
 
 def faults_at(
@@ -187,9 +72,25 @@ def faults_at(
             raise ArgumentError(name, f"{word_of(row)} at {moment_ps / PS_PER_S:.9g} s", allowed)
         if until_ps is not None and row.over_at_once:
             raise ArgumentError(name, word_of(row), "it without an end", problem="is over at once")
+        if until_ps is not None and until_ps <= moment_ps:
+            raise ArgumentError(name, f"until {until_ps / PS_PER_S:.9g} s", "a time after its begin")
         fault = Fault(kind=row, place=1, from_ps=max(moment_ps, 1), until_ps=until_ps, seed=seed + 1000 * number)
         found.append(fault)
     return tuple(found)
+
+
+def check_possible(path: OpenPath, faults: Sequence[Fault], *, name: str = "fault") -> None:
+    """Check that the box of a path can have the faults.
+
+    Raises
+    ------
+    ArgumentError
+        One that it cannot have, and why.
+    """
+    for fault in faults:
+        reason = why_not(fault.kind, path.injector.design, path.injector.real_edges)
+        if reason is not None:
+            raise ArgumentError(name, word_of(fault.kind), "another fault", reason, problem="cannot happen here")
 
 
 def length_ps(path: OpenPath) -> int:
@@ -209,72 +110,6 @@ def corrupted(asks: Asks, fault: Fault, effect: FaultEffect, bits: int) -> Asks:
     return asks_ps, totals
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Window:
-    """What an encoder sends, and what is asked for, from the end of the last window to before ``until_ps``."""
-
-    edges: EdgeStream
-    asks: Asks
-    from_ps: int
-    until_ps: int
-    """The time of the next edge; ``NEVER`` for the last window."""
-
-
-class _Source:
-    """The encoder of an open path, window by window, as `rtec.machine.simulate` moves it."""
-
-    def __init__(self, path: OpenPath) -> None:
-        self._path = path
-        self.encoder = path.state().encoder
-
-    def windows(self) -> Iterator[_Window]:
-        motion = self._path.motion
-        chunks = self._steady() if motion is None else self._moved(motion)
-        before, from_ps = next(chunks), 0
-        for after in chain(chunks, [None]):
-            until_ps = NEVER if after is None else int(after[0].times_ps[0])
-            yield _Window(edges=before[0], asks=before[1](until_ps), from_ps=from_ps, until_ps=until_ps)
-            if after is not None:
-                before, from_ps = after, until_ps
-
-    def _steady(self) -> Iterator[tuple[EdgeStream, Callable[[int], Asks]]]:
-        path, e = self._path, self.encoder
-        total, steps, rest_ps = 4 * path.cycles, abs(path.corrections), path.injector.timing.rest_ps
-        sign, done, level, asked = (1 if path.corrections >= 0 else -1), 0, path.encoder.level_at_home, 0
-        while done < total:
-            some = min(total - done, _CHUNK_EDGES)
-            room = 3 * some + 8
-            times, levels, real = np.empty(room, np.int64), np.empty(room, np.uint8), np.empty(room, np.uint8)
-            last_ps = rest_ps if done + some == total else 0
-            n = axis_kernels.trace_steady(e, some, last_ps, times, levels, real)
-            # a step is due whenever the sum of the steps passes the number of edges
-            whole, rest = divmod(total - 1 + done * steps, total)
-            due = whole + (rest + np.arange(1, some + 1) * steps) // total
-            new = np.diff(due, prepend=asked) > 0
-            asks = times[:n][real[:n] == 1][new], sign * due[new]
-            asked, done = int(due[-1]), done + some
-            yield EdgeStream(times[:n], levels[:n], level), lambda until_ps, asks=asks: asks
-            level = int(levels[n - 1])
-
-    def _moved(self, motion: Motion) -> Iterator[tuple[EdgeStream, Callable[[int], Asks]]]:
-        path, given = self._path, 0
-        totals = (1 if path.corrections >= 0 else -1) * np.arange(1, motion.requests_ps.size + 1)
-
-        def asks(until_ps: int) -> Asks:
-            nonlocal given
-            first, given = given, int(np.searchsorted(motion.requests_ps, until_ps))
-            return motion.requests_ps[first:given], totals[first:given]
-
-        encoder = replace(path.encoder, count_mm=COUNT_MM)
-        some = False
-        for chunk in encoder.edge_chunks(motion.segments, self.encoder):
-            if len(chunk):
-                some = True
-                yield chunk, asks
-        if not some:
-            yield EdgeStream([], [], path.encoder.level_at_home), asks
-
-
 class _Route:
     """Lines, box and controller with some of the faults."""
 
@@ -292,7 +127,7 @@ class _Route:
         self._at = np.array([0, 0, NEVER], np.int64)
         self.counts_in, self.illegal_in = 0, 0
 
-    def run(self, window: _Window, *, notes: bool) -> None:
+    def run(self, window: Window, *, notes: bool) -> None:
         """Pass a window; the effects of lines and requests are noted where that is wanted."""
         edges, asks = window.edges, window.asks
         for effect, stage in self._lines:
@@ -317,7 +152,7 @@ class _Route:
             until_ps = max([window.from_ps, *ends, *(t_ps for t_ps, _, _ in moments)]) + 1
         self._pass(edges, asks, until_ps)
 
-    def _moments(self, window: _Window) -> Iterator[tuple[int, Fault, bool]]:
+    def _moments(self, window: Window) -> Iterator[tuple[int, Fault, bool]]:
         """Yield when faults of the box begin and end in a window."""
         for effect in self.effects:
             fault = effect.fault
@@ -459,12 +294,9 @@ def simulate_faults(
     >>> outcome.word, outcome.off_counts, outcome.effects[0].activated_ps
     ('silent corruption', -4, 201250000)
     """
-    for fault in faults:
-        reason = why_not(fault.kind, path.injector.design, path.injector.real_edges)
-        if reason is not None:
-            raise ArgumentError("fault", word_of(fault.kind), "another fault", reason, problem="cannot happen here")
+    check_possible(path, faults)
     effects = [FaultEffect(fault=fault) for fault in faults]
-    source, total_ps = _Source(path), length_ps(path)
+    source, total_ps = Source(path), length_ps(path)
     begun = time.perf_counter()
     with ExitStack() as stack:
         marks = [(word_of(one.kind), one.from_ps, one.over_ps) for one in faults]

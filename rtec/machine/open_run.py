@@ -83,7 +83,7 @@ def simulate(
 
 
 def settle_ps(path: OpenPath) -> int:
-    """Return how long a level takes into the controller's count: more than four clocks of the filter beyond its delay."""
+    """Return how long a level takes into the count: more than four clocks of the filter beyond its delay."""
     return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
