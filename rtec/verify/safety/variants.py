@@ -226,7 +226,8 @@ def unreachable(variant: Variant, phase: Phase, design: Design, state: int, dire
     'A and B say the same in states 1 and 3, swapped or not'
     """
     kind = variant.kind
-    later = _LATER.get(phase, ()) if kind.activated_by in _WAITS_FOR_EDGES else ()
+    waits = kind.activated_by in _WAITS_FOR_EDGES and (phase is Phase.LARGE or not variant.lasts_ps)
+    later = _LATER.get(phase, ()) if waits else ()
     if phase is Phase.LARGE and kind.activated_by is ActivatedBy.FRAMES:
         later = ("negative",)  # the next frame comes up to 10 ms later, and the axis begins to move
     if direction not in (*_DURING[phase], *later):
