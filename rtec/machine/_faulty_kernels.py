@@ -22,9 +22,7 @@ from rtec.board._board_kernels import (
     gates as board_gates,
     time_of,
 )
-from rtec.injector._insertion_kernels import cancel, drive
-from rtec.injector._kernels import injector_edge, injector_request
-from rtec.injector._state_kernels import HUNG, STUCK
+from rtec.injector._kernels import injector_edge, injector_hang, injector_latch, injector_request
 from rtec.machine._open_kernels import run_box_until, see_box
 from rtec.machine._recorder_kernels import has_room
 from rtec.signal._kernels import NEVER
@@ -82,20 +80,13 @@ def run_window(
 @kernel
 def hang(s: Record) -> None:
     """Let the processor of a modelled box stand still: its outputs stay."""
-    cancel(s)
-    s.powered = HUNG
+    injector_hang(s)
 
 
 @kernel
 def set_latch(s: Record, sticks: int, closed: int) -> None:
     """Let the hold latch of a modelled box stick, open or closed, or work again."""
-    s.holds = 1
-    if sticks == 1:
-        s.holds = STUCK if closed == 1 else 0
-    if closed == 1 and s.holding == 0:
-        s.held = s.ab_in
-    s.holding = closed
-    drive(s)
+    injector_latch(s, sticks, closed)
 
 
 @kernel

@@ -209,6 +209,8 @@ class PhaseJob:
         twin = twin_of(phase, design, seed)
         trials = []
         for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
+            if variant in self.plan.variants and impossible(variant, phase, design) != impossible(variant, phase):
+                continue  # the design has no such part
             if variant in self.plan.variants:
                 trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
         return trials
