@@ -156,10 +156,12 @@ class Cell:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
         self._run(*self._parts, until_ps, self._models)
+        self._axes.check()
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
         self._axes.settle()
+        self._axes.check()
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode on all axes."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.injector import Design
+from rtec.injector import BoxAlgorithm, Design
 from rtec.jobs import JobPool
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
@@ -89,6 +89,8 @@ class MatrixPlan:
     """Number of the first of them, which is its trial's seed."""
     seed: int = 1
     """Of all of them."""
+    algorithm: BoxAlgorithm | None = None
+    """In the boxes, in the place of the designs; None: the designs themselves."""
 
     def __post_init__(self) -> None:
         tried = [(variant, phase) for variant in self.variants for phase in self.phases]
@@ -201,11 +203,14 @@ class PhaseJob:
     def run(self) -> list[Trial]:
         """Try them."""
         phase, design, seed = self.phase, self.design, self.seed
-        twin = twin_of(phase, design, seed)
+        twin = twin_of(phase, design, seed, self.plan.algorithm)
         trials = []
         for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
             if variant in self.plan.variants:
-                trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+                fault = variant.fault(phase, moment_ps, bits)
+                cell = new_cell(phase, design, seed, faults=(fault,), algorithm=self.plan.algorithm)
+                run_through(cell, phase)
+                trials.append(judged(variant, phase, design, seed, cell, twin.cell))
         return trials
 
 
@@ -216,15 +221,6 @@ def moments(plan_seed: int, twin: Twin, phase: Phase, design: Design, seed: int)
     return {
         variant: (moment_within(twin, generator), seed + 3 * int(generator.integers(1 << 30))) for variant in VARIANTS
     }
-
-
-def run_trial(
-    variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int, bits: int
-) -> Trial:
-    """Inject one fault at a moment of a phase, and judge what comes of it."""
-    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, bits),))
-    run_through(cell, phase)
-    return judged(variant, phase, design, seed, cell, twin.cell)
 
 
 def judged(

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtec.axis.command import Move
 from rtec.errors import unknown
-from rtec.injector import Design
+from rtec.injector import BoxAlgorithm, Design
 from rtec.machine.faults import Fault
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
@@ -132,9 +132,10 @@ def new_cell(
     *,
     faults: tuple[Fault, ...] = (),
     supervision: SupervisionLimits | None = None,
+    algorithm: BoxAlgorithm | None = None,
 ) -> MonitoredCell:
     """Return a machine of two axes that is about to run a phase's program."""
-    stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
+    stations = [station_settings(axis, design, supervision=supervision, algorithm=algorithm) for axis in (1, 2)]
     return MonitoredCell(stations, moves_of(phase, seed), sinusoidal_table(), faults=faults)
 
 
@@ -176,15 +177,14 @@ _MOMENTS = {
 }
 
 
-def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
+def twin_of(phase: Phase, design: Design, seed: int, algorithm: BoxAlgorithm | None = None) -> Twin:
     """Run a phase without a fault, and find its moment where that depends on what PC and box do."""
     if phase in _MOMENTS:
         moment_ps, span_ps = _MOMENTS[phase]
     else:
-        moment_ps, span_ps = _found(
-            phase, new_cell(phase, design, seed), 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7)
-        )
-    cell = new_cell(phase, design, seed)
+        cell = new_cell(phase, design, seed, algorithm=algorithm)
+        moment_ps, span_ps = _found(phase, cell, 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7))
+    cell = new_cell(phase, design, seed, algorithm=algorithm)
     run_through(cell, phase)
     return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtec.checks import number_within, whole_within
-from rtec.injector import Design
+from rtec.injector import BoxAlgorithm, Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import JobPool
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
@@ -59,6 +59,10 @@ class SoakPlan:
     """Of everything."""
     threads: int = 2
     """That run episodes at the same time; the result is the same with any number."""
+    only: Design | None = None
+    """All hours with this design."""
+    algorithm: BoxAlgorithm | None = None
+    """In the boxes, in the place of the design."""
 
     def __post_init__(self) -> None:
         number_within("hours", self.hours, 1e-3, 1e5, unit="h")
@@ -157,6 +161,7 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     """Run the hours of the plan."""
     shares = {design: plan.hours / len(BESIDE) for design in BESIDE}
     shares |= dict.fromkeys(IN_PATH, plan.hours * _SHARE_OF_B)
+    shares = shares if plan.only is None else {plan.only: plan.hours}
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
     with JobPool(plan.threads) as pool:
@@ -196,7 +201,7 @@ class EpisodeJob:
         orders = draw_orders(generator, length_s=length_s)
         drawn = _draw_faults(generator, length_s)
         cell = MonitoredCell(
-            [station_settings(axis, self.design) for axis in range(1, AXES + 1)],
+            [station_settings(axis, self.design, algorithm=self.plan.algorithm) for axis in range(1, AXES + 1)],
             programs.moves,
             table,
             faults=[fault for _, _, fault in drawn],
