@@ -94,6 +94,8 @@ def own_asks(s: Record, t_ps: int) -> None:
     s.own.calls = 0
     if s.powered == 1:
         s.next_ps = min(s.next_ps, t_ps)
+        if s.phase == IDLE and s.enabled == 1 and s.requested != s.completed:
+            s.phase = ARMED
 
 
 @helper

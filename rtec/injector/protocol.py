@@ -197,9 +197,10 @@ class Attached(Protocol):
 class BoxAlgorithm(Protocol):
     """An algorithm that can work in the boxes of a machine, in the place of a design."""
 
-    @property
-    def name(self) -> str:
-        """Return what it is called."""
+    name: str
+    """What it is called."""
+    note: str
+    """What there is to say about how it runs, or ""."""
 
     def attach(self, own: Any) -> Attached:
         """Let it work in a box for as long as what is returned is kept; ``own`` is `OWN` of the injector's record."""

@@ -67,6 +67,8 @@ class Trial:
     """Time beyond the bound, more than in the fault-free run."""
     following_counts: float
     """What a check of the speed would have seen more than in the fault-free run."""
+    wrong_before: bool = False
+    """Whether the fault-free run is wrong, too: then the fault shows nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -248,6 +250,7 @@ def judged(
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),
+        wrong_before=any(is_wrong(other, other) for other in healthy),
     )  # fmt: skip
 
 
