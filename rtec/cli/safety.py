@@ -77,8 +77,8 @@ def safety(
         algorithm, like = chosen
         plan = replace(plan, algorithm=algorithm, designs=(like,))
         hours = hours and replace(hours, algorithm=algorithm, only=like)
-        if algorithm.note:
-            _console.note(f"{algorithm.name} runs as plain Python, slower: {algorithm.note}")
+        if note := getattr(algorithm, "note", ""):
+            _console.note(f"{algorithm.name} runs as plain Python, slower: {note}")
     words = said(context, "algorithm", "step_counts", "states")
     with _console.progress("safety") as progress, redirect_stdout(sys.stderr):  # what a class of a user's prints
         case = make_case(plan, hours, progress, ramps=not (fault or phase))

@@ -32,11 +32,12 @@ def own_call(s: Record, t_ps: int, by_itself: bool) -> None:
     turned = (state_of_level(s.ab_out) - state_of_level(s.ab_in)) & 3
     # its switch shows it the total that it has; its totals go on where those of the machine are zeroed at home
     asked = s.requested if s.enabled == 1 else s.completed
-    o.t_ps = t_ps - o.since_ps
-    o.ab = s.ab_in
-    o.requested = done + asked - s.completed
-    o.calls = 0 if not by_itself else o.calls + 1
-    call_at(o.function, o, o.memory)
+    if o.broken == 0:
+        o.t_ps = t_ps - o.since_ps
+        o.ab = s.ab_in
+        o.requested = done + asked - s.completed
+        o.calls = 0 if not by_itself else o.calls + 1
+        call_at(o.function, o, o.memory)
     made = o.completed - done
     s.completed += made
     s.inserted += abs(made)

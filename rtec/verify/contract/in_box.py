@@ -89,7 +89,7 @@ class PythonInBox:
 
     def attach(self, own: Record) -> Attached:
         """Let it work in the box whose record has this part, for as long as what is returned is kept."""
-        return Attached(self, own, self._step.memory())
+        return Attached(self.name, self._file, self._step, own, self._step.memory())
 
     def _loaded(self, name: str) -> Any:
         alarm = threading.Timer(SILENT_S, _end_process, [f"{self.name}: the file did not come to its end"])
@@ -107,9 +107,8 @@ class PythonInBox:
 class Attached:
     """An algorithm in one box, with what it keeps there."""
 
-    def __init__(self, algorithm: PythonInBox, own: Record, memory: NDArray[Any]) -> None:
-        self._algorithm, self._own, self._memory = algorithm, own, memory
-        self._step = algorithm._step
+    def __init__(self, name: str, file: Path, step: _Compiled | _Plain, own: Record, memory: NDArray[Any]) -> None:
+        self.name, self._file, self._step, self._own, self._memory = name, file, step, own, memory
         own.function, own.memory = self._step.address, memory.ctypes.data
         self.seen, self.since_s = -1, 0.0
         """Of the watch: the call that has not returned, and since when."""
@@ -117,7 +116,7 @@ class Attached:
 
     def copied_to(self, own: Record) -> Attached:
         """Let a copy work in the box whose record was copied."""
-        return Attached(self._algorithm, own, self._step.copied(self._memory))
+        return Attached(self.name, self._file, self._step, own, self._step.copied(self._memory))
 
     def check(self) -> None:
         """Raise what has ended the algorithm.
@@ -129,12 +128,12 @@ class Attached:
         """
         if self._own.broken:
             at_s = (int(self._own.since_ps) + int(self._own.t_ps)) / PS_PER_S
-            raise RtecError(f"{self._algorithm.name}: {self._why()}, {at_s:.6f} s into the run")
+            raise RtecError(f"{self.name}: {self._why()}, {at_s:.6f} s into the run")
 
     def _why(self) -> str:
         value = int(self._own.value)
         if self._own.broken == _RAISED:
-            return printable(self._step.why(self._own, self._memory, self._algorithm._file))
+            return printable(self._step.why(self._own, self._memory, self._file))
         return {
             _LEVELS: f"step returned levels {value}; A + 2 * B is 0 to 3",
             _TOTAL: f"step returned completed = {value}; totals stay below 2^31",
@@ -148,11 +147,6 @@ class Attached:
         if entered == self._own.left or entered != self.seen:
             self.seen, self.since_s = entered, now_s
         return now_s - self.since_s > SILENT_S
-
-    @property
-    def name(self) -> str:
-        """Return file and class."""
-        return self._algorithm.name
 
 
 def _answer(o: Record, levels: int, total: int, wake_ps: int, refused: int, raised: bool) -> None:
@@ -182,7 +176,7 @@ def _answer(o: Record, levels: int, total: int, wake_ps: int, refused: int, rais
 
 
 class _Compiled:
-    """The step as machine code; what a box keeps are three records: the state now, before the last call, at power-up."""
+    """The step as machine code; a box keeps three records: the state now, before the last call, and at power-up."""
 
     def __init__(self, kind: Any) -> None:
         import numba as compiler  # noqa: PLC0415 - half a second, for those who want it
@@ -198,9 +192,6 @@ class _Compiled:
 
         def call(own: Any, memory: Any) -> None:
             o, kept = carray(own, (1,))[0], carray(memory, (3,))
-            if o.broken != 0:
-                o.wake_ps = 0
-                return
             o.entered += 1
             if o.fresh == 1:
                 kept[0] = kept[2]
@@ -268,12 +259,11 @@ class _Plain:
 
     def _called(self, own_at: int, memory_at: int) -> None:
         """Take a call from machine code."""
-        self._call(np.frombuffer(_OWN_BYTES.from_address(own_at), OWN).view(np.recarray)[0], memory_at)
+        self._call(
+            np.rec.array(np.frombuffer(memoryview(_OWN_BYTES.from_address(own_at)), OWN), copy=False)[0], memory_at
+        )
 
     def _call(self, o: Record, memory_at: int) -> None:
-        if o.broken:
-            o.wake_ps = 0
-            return
         o.entered += 1
         if o.fresh:
             self._objects[memory_at] = self._kind()

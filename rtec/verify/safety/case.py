@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from statistics import median
 
-from rtec.injector import BoxAlgorithm, Design
+from rtec.injector import Design
 from rtec.jobs import JobPool
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Matrix, MatrixPlan, Outcome, Trial, is_wrong, run_matrix
-from rtec.verify.safety.monitor import Stopper, sinusoidal_table
+from rtec.verify.safety.monitor import InBox, Stopper, sinusoidal_table
 from rtec.verify.safety.phases import END_PS, Phase, new_cell
 from rtec.verify.safety.soak import Episode, Soak, SoakPlan, run_soak
 
@@ -49,13 +49,11 @@ class RampJob:
     design: Design
     limit: str
     supervision: SupervisionLimits
-    algorithm: BoxAlgorithm | None = None
+    algorithm: InBox | None = None
 
     def run(self) -> Ramp:
         """Let it run away."""
-        cell = new_cell(
-            Phase.CUTTING, self.design, 0, supervision=self.supervision, algorithm=self.algorithm
-        )
+        cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision, algorithm=self.algorithm)
         cell.monitor(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
             cell.predict_by(sinusoidal_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
@@ -73,7 +71,7 @@ class RampJob:
         )
 
 
-def ramp_jobs(design: Design, algorithm: BoxAlgorithm | None = None) -> tuple[RampJob, ...]:
+def ramp_jobs(design: Design, algorithm: InBox | None = None) -> tuple[RampJob, ...]:
     """Return a PC that runs away without a limit, with the box's, and with its own."""
     steps = round(LIMIT_MM / (0.001 * design.step_counts))
     limits = {
@@ -214,7 +212,8 @@ def make_case(
     share = first_s / whole_s
     matrix = run_matrix(plan, lambda done: progress(done * share * _SHARE_MATRIX))
     with JobPool() as pool:
-        ran_away = tuple(pool.results(job for design in plan.designs if ramps for job in ramp_jobs(design, plan.algorithm)))
+        jobs = [job for design in plan.designs if ramps for job in ramp_jobs(design, plan.algorithm)]
+        ran_away = tuple(pool.results(jobs))
     soaked = None if soak is None else run_soak(soak, lambda done: progress(share + done * (1.0 - share)))
     progress(1.0)
     return SafetyCase(matrix=matrix, ramps=ran_away, soak=soaked)

@@ -10,10 +10,10 @@ import numpy as np
 
 from rtec.checks import whole_within
 from rtec.errors import ArgumentError
-from rtec.injector import BoxAlgorithm, Design
+from rtec.injector import Design
 from rtec.jobs import JobPool
 from rtec.units import PS_PER_MS, PS_PER_S
-from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
+from rtec.verify.safety.monitor import InBox, MonitoredAxis, MonitoredCell, Stopper
 from rtec.verify.safety.phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.verify.safety.variants import VARIANTS, Variant, impossible
 
@@ -91,7 +91,7 @@ class MatrixPlan:
     """Number of the first of them, which is its trial's seed."""
     seed: int = 1
     """Of all of them."""
-    algorithm: BoxAlgorithm | None = None
+    algorithm: InBox | None = None
     """In the boxes, in the place of the designs; None: the designs themselves."""
 
     def __post_init__(self) -> None:

@@ -9,12 +9,12 @@ import numpy as np
 
 from rtec.axis.command import Move
 from rtec.errors import unknown
-from rtec.injector import BoxAlgorithm, Design
+from rtec.injector import Design
 from rtec.machine.faults import Fault
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS
-from rtec.verify.safety.monitor import SLICE_PS, MonitoredCell, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import SLICE_PS, InBox, MonitoredCell, sinusoidal_table, station_settings
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS
@@ -132,7 +132,7 @@ def new_cell(
     *,
     faults: tuple[Fault, ...] = (),
     supervision: SupervisionLimits | None = None,
-    algorithm: BoxAlgorithm | None = None,
+    algorithm: InBox | None = None,
 ) -> MonitoredCell:
     """Return a machine of two axes that is about to run a phase's program."""
     stations = [station_settings(axis, design, supervision=supervision, algorithm=algorithm) for axis in (1, 2)]
@@ -177,7 +177,7 @@ _MOMENTS = {
 }
 
 
-def twin_of(phase: Phase, design: Design, seed: int, algorithm: BoxAlgorithm | None = None) -> Twin:
+def twin_of(phase: Phase, design: Design, seed: int, algorithm: InBox | None = None) -> Twin:
     """Run a phase without a fault, and find its moment where that depends on what PC and box do."""
     if phase in _MOMENTS:
         moment_ps, span_ps = _MOMENTS[phase]

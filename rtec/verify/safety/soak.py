@@ -15,14 +15,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtec.checks import number_within, whole_within
-from rtec.injector import BoxAlgorithm, Design
+from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import JobPool
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Outcome
-from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import (
+    InBox,
+    MonitoredAxis,
+    MonitoredCell,
+    Stopper,
+    sinusoidal_table,
+    station_settings,
+)
 from rtec.verify.safety.phases import Order, Orders, Phase, carry_out
 from rtec.verify.safety.soak_program import Programs, draw_orders, draw_programs
 from rtec.verify.safety.variants import VARIANTS, Variant
@@ -61,7 +68,7 @@ class SoakPlan:
     """That run episodes at the same time; the result is the same with any number."""
     only: Design | None = None
     """All hours with this design."""
-    algorithm: BoxAlgorithm | None = None
+    algorithm: InBox | None = None
     """In the boxes, in the place of the design."""
 
     def __post_init__(self) -> None:
