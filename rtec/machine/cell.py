@@ -160,10 +160,12 @@ class Cell:
         if self._run is None:
             self._run = prepared(_cell_kernels.run, *self._parts, until_ps, self._models)
         self._run(*self._parts, until_ps, self._models)
+        self._axes.check()
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
         self._axes.settle()
+        self._axes.check()
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode on all axes."""

@@ -11,7 +11,8 @@ import numpy as np
 
 from rtec._jit import prepared
 from rtec.axis.command import Move
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.board import Microcontroller
+from rtec.injector import BoxAlgorithm, Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, StationSettings
@@ -33,6 +34,10 @@ lost on either way."""
 
 _ARRIVED_PS = 50 * PS_PER_MS
 """A request is at the box after so long, or lost."""
+
+
+InBox = BoxAlgorithm | Microcontroller
+"""What works in a box in the place of a design: an algorithm, or a processor that runs a program."""
 
 
 class Stopper(enum.IntEnum):
@@ -183,6 +188,7 @@ class MonitoredCell(Cell):
         if self._run_monitored is None:
             self._run_monitored = prepared(kernels.monitor, *arguments)
         self._run_monitored(*arguments)
+        self._axes.check()
 
     def predict_by(self, predictor: Model | Sequence[Model]) -> None:
         """Give the PC another predictor from now on, or another one for each axis."""
@@ -275,10 +281,12 @@ def station_settings(
     design: Design,
     *,
     supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
 ) -> StationSettings:
     """Return an axis with a box of a design as the campaigns have it: on the report's 8051, Design B on fast logic.
 
-    On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault.
+    On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault. An algorithm, or a
+    processor with its program, inserts in the place of the design.
     """
     processor = Processor.FAST if design.in_path else Processor.MCS51
     box = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
@@ -286,6 +294,8 @@ def station_settings(
         axis=axis,
         injector=box,
         supervision=supervision or SupervisionLimits(),
+        algorithm=None if isinstance(algorithm, Microcontroller) else algorithm,
+        microcontroller=algorithm if isinstance(algorithm, Microcontroller) else None,
     )
 
 

@@ -18,7 +18,7 @@ from rtec.machine.station_settings import StationSettings
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_US
-from rtec.verify.safety.monitor import SLICE_PS, AxisThen, MonitoredCell, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import SLICE_PS, AxisThen, InBox, MonitoredCell, sinusoidal_table, station_settings
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS
@@ -136,16 +136,21 @@ def new_cell(
     *,
     faults: tuple[Fault, ...] = (),
     supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
 ) -> MonitoredCell:
     """Return a machine of two axes that is about to run a phase's program."""
-    return MonitoredCell(*cell_parts(phase, design, seed, supervision), faults=faults)
+    return MonitoredCell(*cell_parts(phase, design, seed, supervision, algorithm), faults=faults)
 
 
 def cell_parts(
-    phase: Phase, design: Design, seed: int, supervision: SupervisionLimits | None = None
+    phase: Phase,
+    design: Design,
+    seed: int,
+    supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
 ) -> tuple[list[StationSettings], list[list[Move]], Predictor]:
     """Return axes, programs and table of such a machine."""
-    stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
+    stations = [station_settings(axis, design, supervision=supervision, algorithm=algorithm) for axis in (1, 2)]
     return stations, moves_of(phase, seed), sinusoidal_table()
 
 
@@ -209,15 +214,14 @@ _MOMENTS = {
 }
 
 
-def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
+def twin_of(phase: Phase, design: Design, seed: int, algorithm: InBox | None = None) -> Twin:
     """Run a phase without a fault, and find its moment where that depends on what PC and box do."""
     if phase in _MOMENTS:
         moment_ps, span_ps = _MOMENTS[phase]
     else:
-        moment_ps, span_ps = _found(
-            phase, new_cell(phase, design, seed), 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7)
-        )
-    cell = new_cell(phase, design, seed)
+        cell = new_cell(phase, design, seed, algorithm=algorithm)
+        moment_ps, span_ps = _found(phase, cell, 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7))
+    cell = new_cell(phase, design, seed, algorithm=algorithm)
     run_through(cell, phase)
     return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
 

@@ -23,7 +23,14 @@ from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Outcome
-from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import (
+    InBox,
+    MonitoredAxis,
+    MonitoredCell,
+    Stopper,
+    sinusoidal_table,
+    station_settings,
+)
 from rtec.verify.safety.phases import Order, Orders, Phase, carry_out
 from rtec.verify.safety.soak_program import Programs, draw_orders, draw_programs
 from rtec.verify.safety.variants import VARIANTS, Variant
@@ -60,6 +67,10 @@ class SoakPlan:
     """Of everything."""
     threads: int = 2
     """That run episodes at the same time; the result is the same with any number."""
+    only: Design | None = None
+    """All hours with this design."""
+    algorithm: InBox | None = None
+    """In the boxes, in the place of the design."""
 
     def __post_init__(self) -> None:
         number_within("hours", self.hours, 1e-3, 1e5, unit="h")
@@ -160,6 +171,7 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     """Run the hours of the plan."""
     shares = {design: plan.hours / len(BESIDE) for design in BESIDE}
     shares |= dict.fromkeys(IN_PATH, plan.hours * _SHARE_OF_B)
+    shares = shares if plan.only is None else {plan.only: plan.hours}
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
     with JobPool(plan.threads) as pool:
@@ -199,7 +211,7 @@ class EpisodeJob:
         orders = draw_orders(generator, length_s=length_s)
         drawn = _draw_faults(generator, length_s)
         cell = MonitoredCell(
-            [station_settings(axis, self.design) for axis in range(1, AXES + 1)],
+            [station_settings(axis, self.design, algorithm=self.plan.algorithm) for axis in range(1, AXES + 1)],
             programs.moves,
             table,
             faults=[fault for _, _, fault in drawn],
