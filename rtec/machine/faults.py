@@ -193,7 +193,8 @@ def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool, own: bool 
     ------
     ArgumentError
         The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion; a
-        fault inside a box that runs its firmware, or an algorithm of the user's (``own``); a latch where the lines pass through the processor.
+        fault inside a box that runs its firmware, or an algorithm of the user (``own``); a latch where the lines pass
+        through the processor.
     """
     if fault.kind in INSIDE_BOX and (firmware or own):
         raise ArgumentError(
