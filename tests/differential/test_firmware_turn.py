@@ -9,8 +9,8 @@ from firmware_model import read_hex
 from rtec.board import Microcontroller
 from rtec.injector import Design, Stimulus, Totals
 from rtec.signal import EdgeStream
+from rtec.verify.bench import Bench
 from rtec.verify.firmware.algorithm import Firmware
-from rtec.verify.firmware.bench import Bench
 
 IMAGES = Path(__file__).parents[2] / "firmware_model" / "images"
 STEP_COUNTS = {"original": 4, "a": 4, "c": 2}

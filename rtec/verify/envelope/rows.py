@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from firmware_model import FirmwareError, Image, read_hex
+from firmware_model import FirmwareError, Image
 from rtec.board import MICROCONTROLLERS, Microcontroller
 from rtec.checks import whole_within
 from rtec.errors import RtecError
 from rtec.injector import Design
 from rtec.jobs import Workers
-from rtec.units import PS_PER_S
+from rtec.verify.bench import Bench
 from rtec.verify.contract.frequencies import Does
 from rtec.verify.contract.speeds import Speeds
 from rtec.verify.envelope import _kernels as kernels
@@ -23,17 +23,11 @@ from rtec.verify.envelope.gate import Gate, gate_of
 from rtec.verify.envelope.mechanism import Mechanism, mechanism_of
 from rtec.verify.envelope.motion import InMotion, limit_in_motion
 from rtec.verify.envelope.speeds import passing_alone, speeds_of
-from rtec.verify.envelope.trials import STEPS_PER_OCTAVE, Bursts, Failure, Limit, Streams, halved, largest_safe
+from rtec.verify.envelope.trials import Bursts, Failure, Limit, Streams, Trials
 
 RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
 """The demonstration machine's rapid traverse, "moderate by today's standards", and what was "on the horizon"."""
 
-_FIRST_CYCLES = 2000
-"""The first frequency tried has a period of so many cycles of the processor."""
-_SLOWEST_HZ = 20.0
-_TOP_HZ = 20.0e6
-_STRIDE = 61
-"""Clocks between the phases of a reading in the shorter sweep: prime, so that all cycles and their parts are met."""
 _PHASES, _PHASES_EXHAUSTIVE = 2, 4
 """Phases between program and transitions from which ramps begin."""
 _WORDS = {
@@ -213,121 +207,75 @@ def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda
 def _row(
     plan: EnvelopePlan, design: Design, processor: Microcontroller, progress: Callable[[float], None]
 ) -> EnvelopeRow:
-    if plan.motion is not None:
-        return _row_in_motion(plan, plan.motion, design, processor, progress)
+    row = partial(EnvelopeRow, plan=plan, design=design, processor=processor)
     try:
+        if plan.motion is not None:
+            watched = Bench(design, processor, plan.image, hold_latch=plan.hold_latch)
+            return _in_motion(row, watched, plan.motion, progress)
         bench = PhaseSweepBench(design, processor, plan.image, hold_latch=plan.hold_latch)
     except FirmwareError as error:
         raise RtecError(str(error)) from error
-    trials: Bursts | Streams
+    trials: Trials
     if design.in_path:
-        trials = Streams(bench, plan.jitter_ps, owed=(0,)) if plan.nothing_owed else Streams(bench, plan.jitter_ps)
+        trials = Streams(bench, plan.jitter_ps, asked=not plan.nothing_owed)
     else:
         trials = Bursts(bench, plan.jitter_ps)
     progress(0.1)
-    answers = plan.nothing_owed or isinstance(trials, Streams) or bool(trials.armed)
-    limit = _limit(bench, trials, plan.exhaustive) if answers else Limit[Failure](0.0, None)
+    limit = trials.limit(exhaustive=plan.exhaustive) if trials.answers else Limit[Failure](0.0, None)
     progress(0.5)
-    limited_by = _mechanism(bench, trials, limit)
-    gate = None
-    if limit.safe and not plan.nothing_owed:
-        top_hz = limit.safe if isinstance(trials, Streams) else math.inf
-        phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
-        gate = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
-    progress(0.7)
-    speeds = passing_alone(limit.safe, GOAL_HZ)
+    limited_by, failure = _mechanism(trials, limit), limit.failure
+    gate, speeds = None, passing_alone(limit.safe, GOAL_HZ)
     if not plan.nothing_owed:
-        speeds = speeds_of(bench, trials, limit.safe, gate, GOAL_HZ)
-    return EnvelopeRow(
-        plan=plan,
-        design=design,
-        processor=processor,
+        if limit.safe:
+            top_hz = limit.safe if design.in_path else math.inf
+            phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
+            gate = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
+        progress(0.7)
+        speeds = speeds_of(trials, limit.safe, gate, GOAL_HZ)
+    return row(
         max_safe_hz=limit.safe,
         limited_by=limited_by,
-        failing=None if limit.failure is None else _named(limit.failure),
+        failing=None if failure is None else _named(failure),
         gate=gate,
         speeds=speeds,
-        loop_cycles=trials.loop_cycles if isinstance(trials, Bursts) and trials.armed else None,
+        loop_cycles=trials.loop_cycles or None,
         trials=bench.trials,
     )
 
 
-def _row_in_motion(
-    plan: EnvelopePlan,
-    motion: InMotion,
-    design: Design,
-    processor: Microcontroller,
-    progress: Callable[[float], None],
+def _in_motion(
+    row: Callable[..., EnvelopeRow], bench: Bench, motion: InMotion, progress: Callable[[float], None]
 ) -> EnvelopeRow:
-    try:
-        source = processor.image(design) if plan.image is None else plan.image
-        image = source if isinstance(source, Image) else read_hex(source)
-        found = limit_in_motion(
-            design, processor, image, motion, GOAL_HZ, hold_latch=plan.hold_latch, progress=progress
-        )
-    except FirmwareError as error:
-        raise RtecError(str(error)) from error
-    speeds = found.speeds
+    speeds, limited_by, trials = limit_in_motion(bench, motion, GOAL_HZ, progress)
     wrong, failing = speeds.first_wrong, None
     if wrong is not None:
         at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
         failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
-    return EnvelopeRow(
-        plan=plan,
-        design=design,
-        processor=processor,
+    return row(
         max_safe_hz=speeds.frequencies.max_passing_hz,
-        limited_by=found.limited_by,
+        limited_by=limited_by,
         failing=failing,
         gate=None,
         speeds=speeds,
         loop_cycles=None,
-        trials=found.trials,
+        trials=trials,
     )
 
 
-def _limit(bench: PhaseSweepBench, trials: Bursts | Streams, exhaustive: bool) -> Limit[Failure]:
-    """Search the limit, then sweep it; phases that fail there are searched, too, until a sweep finds nothing."""
-    first_hz = PS_PER_S / bench.cycle_ps / _FIRST_CYCLES
-    limit = largest_safe(trials.fails, first_hz, _TOP_HZ)
-    while limit.safe == 0.0 and first_hz > _SLOWEST_HZ:
-        first_hz /= 8.0
-        limit = largest_safe(trials.fails, first_hz, 8.0 * first_hz)
-    stride = 1 if exhaustive or isinstance(trials, Streams) else _STRIDE
-    while limit.safe:
-        failure = trials.sweep(limit.safe, stride)
-        if failure is None:
-            break
-        trials.met.append(failure.phase_clocks)
-        limit = _below(trials, failure)
-    return limit
-
-
-def _below(trials: Bursts | Streams, failure: Failure) -> Limit[Failure]:
-    """Return the limit below a failing frequency, with the phases met since."""
-    ratio, failing_hz = 2.0 ** (1.0 / STEPS_PER_OCTAVE), failure.frequency_hz
-    while failing_hz > _SLOWEST_HZ:
-        safe_hz = failing_hz / ratio
-        found = trials.fails(safe_hz)
-        if found is None:
-            return halved(trials.fails, safe_hz, failing_hz, failure)
-        failing_hz, failure = safe_hz, found
-    return Limit(0.0, failure)
-
-
-def _mechanism(bench: PhaseSweepBench, trials: Bursts | Streams, limit: Limit[Failure]) -> Mechanism:
+def _mechanism(trials: Trials, limit: Limit[Failure]) -> Mechanism:
     if limit.failure is None:
         return Mechanism.NO_ANSWER if limit.safe == 0.0 else Mechanism.FILTER
-    found = mechanism_of(bench, limit.failure, trials)
+    found = mechanism_of(limit.failure, trials)
     return Mechanism.NO_ANSWER if found is Mechanism.GATE and limit.safe == 0.0 else found
 
 
 def _named(failure: Failure) -> FailingTrial:
+    total = failure.motion.total
     return FailingTrial(
         frequency_hz=failure.frequency_hz,
         phase_clocks=failure.phase_clocks,
         direction=failure.motion.direction,
-        sign=failure.sign,
+        sign=(total > 0) - (total < 0),
         behind_state=None if failure.into is None else failure.into + 1,
         what=_WORDS[failure.verdict],
     )

@@ -37,31 +37,11 @@ def edges_before(moved_ps: Longs, here: int, size: int, end_ps: int) -> int:
 
 @array_kernel
 def play_runs(
-    b: Record,
-    raw_b: Bytes,
-    cpu: Any,
-    m: Bytes,
-    h: Longs,
-    log: Longs,
-    kept_b: Bytes,
-    kept_m: Bytes,
-    kept_h: Longs,
-    states: Longs,
-    times_ps: Longs,
-    levels: Bytes,
-    edges: Longs,
-    asked_ps: Longs,
-    totals: Longs,
-    requests: Longs,
-    until_ps: Longs,
-    said: Longs,
-    out_ps: Longs,
-    out_levels: Bytes,
-    outs: Longs,
-    told: Longs,
-    tolds: Longs,
+    b: Record, raw_b: Bytes, cpu: Any, m: Bytes, h: Longs, log: Longs, kept_b: Bytes, kept_m: Bytes, kept_h: Longs,
+    states: Longs, times_ps: Longs, levels: Bytes, edges: Longs, asked_ps: Longs, totals: Longs, requests: Longs,
+    until_ps: Longs, said: Longs, out_ps: Longs, out_levels: Bytes, outs: Longs, told: Longs, tolds: Longs,
     last: Longs,
-) -> int:
+) -> int:  # fmt: skip
     """Make runs up to one that stops the processor or finds no room for what comes out; return how many were made.
 
     Run k begins in row ``states[k]`` of what was kept, takes the edges ``edges[k]`` to ``edges[k + 1]``, and so with

@@ -9,8 +9,8 @@ from operator import itemgetter
 import numpy as np
 
 from rtec.injector import Totals
+from rtec.verify.bench import Bench
 from rtec.verify.contract.trials import Run
-from rtec.verify.firmware.bench import Bench
 from rtec.verify.firmware.results import Trace
 
 _SAME_INSERTION_CYCLES = {"12-clock": 30, "one-clock": 60}
@@ -42,7 +42,7 @@ def insertions(bench: Bench) -> list[Insertion]:
     without one.
     """
     mask = bench.design.pins
-    changed = [bench.time_of(cycle) for cycle, before, after in bench.changes(1) if (before ^ after) & mask]
+    changed = [t_ps for t_ps, before, after in bench.changes(1) if (before ^ after) & mask]
     edges = bench.encoder.times_ps
     moving = edges.size > 8
     groups: list[list[int]] = []
@@ -69,8 +69,9 @@ def insertions(bench: Bench) -> list[Insertion]:
     return found
 
 
-def trace_of(bench: Bench, run: Run, begun_ps: int) -> Trace:
-    """Return the lines around the first insertion of a run that the bench has played, or around its fault."""
+def trace_of(bench: Bench, run: Run) -> Trace:
+    """Return the lines around the first insertion of a run that the bench has just played, or around its fault."""
+    begun_ps = bench.begun_ps
     violation, stimulus, done = run.judgement.violation, run.case.stream.stimulus(), run.response.completed
     title, mark_ps = run.case.title, None
     if violation is not None:
@@ -84,7 +85,7 @@ def trace_of(bench: Bench, run: Run, begun_ps: int) -> Trace:
         edge = None
     begin, end = min(first, mark_ps or first, edge or first), max(last, mark_ps or last)
     margin_ps = max(round(_MARGIN * (end - begin)), bench.cycles_ps(8))
-    rows = [(bench.time_of(cycle), after) for cycle, _, after in bench.changes(1)]
+    rows = [(t_ps, after) for t_ps, _, after in bench.changes(1)]
     start = next(bench.changes(1), (0, bench.latches[1], 0))[1]
     return Trace(
         title=title,
@@ -100,5 +101,5 @@ def trace_of(bench: Bench, run: Run, begun_ps: int) -> Trace:
         to_ps=min(end + margin_ps, bench.now_ps),
         zero_ps=edge if edge is not None else first,
         mark_ps=mark_ps,
-        cycle_ps=bench.cycle_num / bench.cycle_den,
+        cycle_ps=float(np.divide(*bench.microcontroller.cycle_ps)),
     )
