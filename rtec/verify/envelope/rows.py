@@ -221,7 +221,7 @@ def _row(
     else:
         trials = Bursts(bench, plan.jitter_ps)
     progress(0.1)
-    limit = trials.limit(exhaustive=plan.exhaustive) if trials.answers else Limit[Failure](0.0, None)
+    limit = trials.limit(exhaustive=plan.exhaustive)
     progress(0.5)
     limited_by, failure = _mechanism(trials, limit), limit.failure
     gate, speeds = None, passing_alone(limit.safe, GOAL_HZ)

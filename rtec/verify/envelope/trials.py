@@ -165,6 +165,8 @@ class Trials(ABC):
 
     def limit(self, *, exhaustive: bool) -> Limit[Failure]:
         """Search the limit, then sweep it; phases that fail there are searched, too, until a sweep finds nothing."""
+        if not self.answers:
+            return Limit(0.0, None)
         first_hz = PS_PER_S / self.bench.cycles_ps(_FIRST_CYCLES)
         limit = largest_safe(self.fails, first_hz, _TOP_HZ, least=_SLOWEST_HZ, lower=8.0)
         while limit.safe:

@@ -61,7 +61,7 @@ def _stays(bench: Bench, when: str, *, completed: int, readings: float = 6.0) ->
 def _inserted(bench: Bench, total: int, when: str) -> None:
     """Wait until a total is completed, at rest with A and B low, where every design inserts."""
     readings = _ANSWER_READINGS + 4 * abs(total - bench.words.completed)
-    came = bench.await_that(lambda: bench.words.completed == total, readings=readings, looks=4)
+    came = bench.await_total(total, readings=readings, looks=4)
     bench.require(came, f"{when}: {bench.words.completed:+d} steps completed instead of {total:+d}")
 
 

@@ -75,7 +75,7 @@ def resets(bench: Bench, home: Snapshot) -> AfterReset:
     for sign in (1, -1):
         bench.reset(home)
         bench.board.ask(sign)
-        bench.await_that(lambda total=sign: bench.words.completed == total, readings=8.0)  # type: ignore[misc]
+        bench.await_total(sign, readings=8.0)
         found = insertions(bench)
         bench.require(bool(found), f"total {sign:+d} at rest: nothing inserted, so no reset could be tried")
         first, last = (bench.cycle_at(t_ps) for t_ps in (found[0].first_ps, found[0].last_ps))

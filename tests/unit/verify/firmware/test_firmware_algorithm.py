@@ -43,7 +43,7 @@ def changed(design, old, new, chip=CHIP):
 def by_small_steps(firmware, stimulus):
     """The same run by the board alone, a few microseconds at a time, its words looked at in between."""
     bench, board = firmware.bench, firmware.bench.board
-    bench.go_back(firmware._homes[stimulus.edges.initial])
+    bench.reset(firmware._homes[stimulus.edges.initial])
     begun_ps, edges = board.now_ps, stimulus.edges
     asked = dict(zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True))
     looks = sorted({*range(0, stimulus.until_ps, 7_000_000), *asked, stimulus.until_ps} - {0})
