@@ -126,10 +126,11 @@ class PhaseSweepBench(Bench):
         one.count = count
         return np.repeat(np.asarray(one.base), CLOCKS_APART)
 
-    def play(self, moment: Snapshot, motion: Motion, shift_ps: int) -> None:
+    def play(self, moment: Snapshot, motion: Motion, phase_clocks: int) -> None:
         """Carry out one trial by the board's own face: what came out is that of any run."""
         self.reset(moment)
-        self.edges(motion.times_ps + (moment.now_ps + shift_ps), motion.direction)
+        shift_ps = self.shifts(moment, np.array([phase_clocks]))
+        self.edges(motion.times_ps + moment.now_ps + shift_ps, motion.direction)
         if motion.ask_at >= 0:
             self.run_until(int(self.axis.times_ps[motion.ask_at]))
             self.board.ask(motion.total, large=motion.large)

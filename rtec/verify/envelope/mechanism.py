@@ -46,7 +46,7 @@ def mechanism_of(failure: Failure, trials: Trials) -> Mechanism:
     if failure.verdict == kernels.NOT_COMPLETED:
         return Mechanism.GATE
     bench = trials.bench
-    bench.play(failure.moment, failure.motion, failure.shift_ps)
+    bench.play(failure.moment, failure.motion, failure.phase_clocks)
     counts = bench.controller.counts()
     inserted = bench.design.step_counts * bench.words.completed
     if counts.illegal == 0 and counts.net == bench.encoder_counts + inserted:  # whatever the controller made of it
@@ -54,7 +54,7 @@ def mechanism_of(failure: Failure, trials: Trials) -> Mechanism:
         if failing is None:
             return Mechanism.FILTER
         failure = failing
-        bench.play(failing.moment, failing.motion, failing.shift_ps)
+        bench.play(failing.moment, failing.motion, failing.phase_clocks)
     sent, seen = bench.encoder, bench.controller
     if np.isin(sent.times_ps, seen.times_ps).mean() <= 0.5:
         return through_processor(sent, seen)

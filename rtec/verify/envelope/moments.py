@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -23,19 +23,22 @@ _LISTED = 200
 """Instructions in which a waiting loop must come round twice."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Armed:
-    """A moment before the transition that sets off an insertion."""
+    """A moment before the transition that sets off an insertion: the work on a reading is about to begin.
+
+    The whole of the next one may pass without a transition.
+    """
 
     moment: Snapshot
-    """Begins with the work on a reading; the whole of the next one may pass without a transition."""
-    waiting_ps: int
-    """From there until the program waits."""
     direction: int
     sign: int
     """``direction``, ``sign``: of the motion and of the step that is owed."""
-    into: int
-    """Angle state 0..3 into which the transition leads."""
+
+
+def waiting_ps(bench: PhaseSweepBench) -> int:
+    """Return how long after such a moment the program waits for a transition."""
+    return round((_EARLY + _WAITING) * bench.reading_ps)
 
 
 def armed_moments(bench: PhaseSweepBench) -> list[Armed]:
@@ -53,20 +56,21 @@ def armed_moments(bench: PhaseSweepBench) -> list[Armed]:
     >>> [len(armed_moments(PhaseSweepBench(design, processor))) for design in (Design.ORIGINAL, Design.C)]
     [4, 16]
     """
-    found: dict[tuple[int, int, int], Armed] = {}
-    for direction in (1, -1):
-        for sign in (1, -1):
-            # which transition it is depends on when the axis begins to move and when the PC asks
-            for before, part in itertools.product(_BEFORE, range(_PARTS)):
-                armed = _approach(bench, direction, sign, before, part / _PARTS)
-                if armed is not None:
-                    found.setdefault((direction, sign, armed.into), armed)
-                if sum(key[:2] == (direction, sign) for key in found) == _KINDS:
-                    break
-    return list(found.values())
+    armed = []
+    for direction, sign in product((1, -1), (1, -1)):
+        found: dict[int, Snapshot] = {}
+        # which transition it is depends on when the axis begins to move and when the PC asks
+        for before, part in product(_BEFORE, range(_PARTS)):
+            moment = _approach(bench, direction, sign, before, part / _PARTS)
+            if moment is not None:
+                found.setdefault(moment.state, moment)
+            if len(found) == _KINDS:
+                break
+        armed += [Armed(moment, direction, sign) for moment in found.values()]
+    return armed
 
 
-def _approach(bench: PhaseSweepBench, direction: int, sign: int, before: int, part: float) -> Armed | None:
+def _approach(bench: PhaseSweepBench, direction: int, sign: int, before: int, part: float) -> Snapshot | None:
     """Creep; ask behind ``before`` transitions; return the last moment before the one that sets off an insertion."""
     spacing_ps = round(_CREEP * bench.reading_ps)
     bench.reset(bench.rested)
@@ -83,11 +87,11 @@ def _approach(bench: PhaseSweepBench, direction: int, sign: int, before: int, pa
         seen = bench.controller
         if made > before and len(seen) > 1:
             early = seen.times_ps[0] < at_ps and bench.design.step_counts > 1
-            return _placed(bench, last if early else kept, direction, sign)
+            return _placed(bench, last if early else kept)
     return None
 
 
-def _placed(bench: PhaseSweepBench, kept: Snapshot, direction: int, sign: int) -> Armed | None:
+def _placed(bench: PhaseSweepBench, kept: Snapshot) -> Snapshot | None:
     """Move a moment on to where a sweep begins; None where the last transition is too near or too long ago."""
     bench.reset(kept)
     bench.run_readings(1.0)
@@ -99,20 +103,14 @@ def _placed(bench: PhaseSweepBench, kept: Snapshot, direction: int, sign: int) -
         return None
     bench.reset(kept)
     bench.run_until(start_ps)
-    return Armed(
-        moment=bench.keep(),
-        waiting_ps=round((_EARLY + _WAITING) * bench.reading_ps),
-        direction=direction,
-        sign=sign,
-        into=(kept.state + direction) % 4,
-    )
+    return bench.keep()
 
 
-def loop_cycles(bench: PhaseSweepBench, armed: Armed) -> int | None:
+def loop_cycles(bench: PhaseSweepBench, armed: Snapshot) -> int | None:
     """Return the period in cycles of the loop in which the program waits, or None where it does not come round."""
     cpu = bench.board.cpu
-    bench.reset(armed.moment)
-    bench.run_for(armed.waiting_ps)
+    bench.reset(armed)
+    bench.run_for(waiting_ps(bench))
     places = []
     for _ in range(_LISTED):
         cpu.step()

@@ -270,12 +270,13 @@ def _mechanism(trials: Trials, limit: Limit[Failure]) -> Mechanism:
 
 
 def _named(failure: Failure) -> FailingTrial:
-    total = failure.motion.total
+    motion = failure.motion
     return FailingTrial(
         frequency_hz=failure.frequency_hz,
         phase_clocks=failure.phase_clocks,
-        direction=failure.motion.direction,
-        sign=(total > 0) - (total < 0),
-        behind_state=None if failure.into is None else failure.into + 1,
+        direction=motion.direction,
+        sign=(motion.total > 0) - (motion.total < 0),
+        # a steady stream asks on its way, and tells nothing of where it was set off
+        behind_state=None if motion.ask_at >= 0 else (failure.moment.state + motion.direction) % 4 + 1,
         what=_WORDS[failure.verdict],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -15,7 +15,7 @@ from rtec.units import PS_PER_S
 from rtec.verify.bench import quarter_ps
 from rtec.verify.envelope import _kernels as kernels
 from rtec.verify.envelope.bench import Longs, Motion, PhaseSweepBench
-from rtec.verify.envelope.moments import armed_moments, loop_cycles
+from rtec.verify.envelope.moments import armed_moments, loop_cycles, waiting_ps
 
 F = TypeVar("F")
 
@@ -65,16 +65,8 @@ def streams(
 ) -> list[Motion]:  # fmt: skip
     """Return steady streams over several readings, a step asked for in their midst: each total, both directions.
 
-    Parameters
-    ----------
-    bench, frequency_hz, jitter_ps
-        The board, the frequency, and the bound of the jitter, taken at its worst.
-    owed
-        Totals that are asked for.
-    after
-        Readings and transitions at least that the axis still moves once it was asked for.
-    slower
-        Share by which the stream is longer in the end than at constant speed.
+    ``after``: readings, and transitions at least, that the axis still moves then; ``slower``: share by which the
+    stream is longer in the end than at constant speed.
     """
     per_reading = bench.reading_ps * 4.0 * frequency_hz / PS_PER_S
     before = max(8, int(_BEFORE_READINGS * per_reading))
@@ -105,12 +97,8 @@ class Failure:
     """Square waves a second of each line."""
     moment: Snapshot
     motion: Motion
-    shift_ps: int
-    """``moment``, ``motion``, ``shift_ps``: the trial."""
     phase_clocks: int
-    """Clocks of the processor from the beginning of the sweep."""
-    into: int | None
-    """Angle state into which the transition led behind which the insertion was set off; None in a steady stream."""
+    """``moment``, ``motion``, ``phase_clocks``: the trial, by clocks of the processor from the moment on."""
     verdict: int
     """Of the kernel."""
 
@@ -135,8 +123,8 @@ class Trials(ABC):
         """Phases that have failed in a sweep of all."""
 
     @abstractmethod
-    def _over(self, frequency_hz: float, clocks: Longs) -> Failure | None:
-        """Return the first trial that fails at phases in clocks."""
+    def _runs(self, frequency_hz: float) -> Iterator[tuple[Snapshot, Motion]]:
+        """Yield what is tried at each phase: a moment, and a motion from there on."""
 
     @abstractmethod
     def _some(self, frequency_hz: float) -> Longs:
@@ -146,18 +134,15 @@ class Trials(ABC):
     def _all(self, frequency_hz: float, exhaustive: bool) -> Longs:
         """Return those that are tried at the limit."""
 
-    def _tried(
-        self, frequency_hz: float, moment: Snapshot, motion: Motion, clocks: Longs, into: int | None = None
-    ) -> Failure | None:
-        shifts_ps = self.bench.shifts(moment, clocks)
-        verdicts, _ = self.bench.sweep(moment, motion, shifts_ps)
-        last = verdicts.size - 1
-        if verdicts[last] == kernels.SAFE:
-            return None
-        return Failure(
-            frequency_hz=frequency_hz, moment=moment, motion=motion, shift_ps=int(shifts_ps[last]),
-            phase_clocks=int(clocks[last]), into=into, verdict=int(verdicts[last]),
-        )  # fmt: skip
+    def _over(self, frequency_hz: float, clocks: Longs) -> Failure | None:
+        for moment, motion in self._runs(frequency_hz):
+            verdicts, _ = self.bench.sweep(moment, motion, self.bench.shifts(moment, clocks))
+            if verdicts[-1] != kernels.SAFE:
+                return Failure(
+                    frequency_hz=frequency_hz, moment=moment, motion=motion,
+                    phase_clocks=int(clocks[verdicts.size - 1]), verdict=int(verdicts[-1]),
+                )  # fmt: skip
+        return None
 
     def fails(self, frequency_hz: float) -> Failure | None:
         """Return the first trial that fails at some phases, and at those met before."""
@@ -169,18 +154,15 @@ class Trials(ABC):
             return Limit(0.0, None)
         first_hz = PS_PER_S / self.bench.cycles_ps(_FIRST_CYCLES)
         limit = largest_safe(self.fails, first_hz, _TOP_HZ, least=_SLOWEST_HZ, lower=8.0)
-        while limit.safe:
-            failure = self._over(limit.safe, self._all(limit.safe, exhaustive))
-            if failure is None:
-                break
+        while limit.safe and (failure := self._over(limit.safe, self._all(limit.safe, exhaustive))) is not None:
             self._met.append(failure.phase_clocks)
             limit = self._below(failure)
         return limit
 
     def _below(self, failure: Failure) -> Limit[Failure]:
-        ratio, failing_hz = 2.0 ** (1.0 / _STEPS_PER_OCTAVE), failure.frequency_hz
+        failing_hz = failure.frequency_hz
         while failing_hz > _SLOWEST_HZ:
-            safe_hz = failing_hz / ratio
+            safe_hz = failing_hz / 2.0 ** (1.0 / _STEPS_PER_OCTAVE)
             found = self.fails(safe_hz)
             if found is None:
                 return _halved(self.fails, safe_hz, failing_hz, failure)
@@ -199,28 +181,24 @@ class Bursts(Trials):
         self.armed = armed_moments(bench)
         self.answers = bool(self.armed)
         if self.armed:
-            self.loop_cycles = loop_cycles(bench, self.armed[0]) or _LOOP_CYCLES
+            self.loop_cycles = loop_cycles(bench, self.armed[0].moment) or _LOOP_CYCLES
 
     def _some(self, frequency_hz: float) -> Longs:
         clock_ps = self.bench.clock_ps
-        waiting = round(self.armed[0].waiting_ps / clock_ps) if self.armed else 0
-        return waiting + np.arange(round(self.bench.cycles_ps(self.loop_cycles) / clock_ps), dtype=np.int64)
+        looks = np.arange(round(self.bench.cycles_ps(self.loop_cycles) / clock_ps), dtype=np.int64)
+        return round(waiting_ps(self.bench) / clock_ps) + looks
 
     def _all(self, frequency_hz: float, exhaustive: bool) -> Longs:
         reading = int(self.bench.reading_ps / self.bench.clock_ps)
         return np.arange(0, reading, 1 if exhaustive else _STRIDE, dtype=np.int64)
 
-    def _over(self, frequency_hz: float, clocks: Longs) -> Failure | None:
+    def _runs(self, frequency_hz: float) -> Iterator[tuple[Snapshot, Motion]]:
         edges = max(_BURST_EDGES, int(self.bench.cycles_ps(_BURST_CYCLES) * 4.0 * frequency_hz / PS_PER_S))
         for armed in self.armed:
             # the Original comes to rest in state 1 alone
             count = edges + (-(armed.moment.state + armed.direction * edges) * armed.direction) % 4
             times_ps = shaken(quarter_ps(frequency_hz, count), self.jitter_ps)
-            motion = Motion(times_ps=times_ps, direction=armed.direction, total=armed.sign)
-            failure = self._tried(frequency_hz, armed.moment, motion, clocks, armed.into)
-            if failure is not None:
-                return failure
-        return None
+            yield armed.moment, Motion(times_ps=times_ps, direction=armed.direction, total=armed.sign)
 
 
 class Streams(Trials):
@@ -237,12 +215,9 @@ class Streams(Trials):
     def _all(self, frequency_hz: float, exhaustive: bool) -> Longs:
         return np.arange(max(1, math.ceil(PS_PER_S / (4.0 * frequency_hz) / self.bench.clock_ps)), dtype=np.int64)
 
-    def _over(self, frequency_hz: float, clocks: Longs) -> Failure | None:
+    def _runs(self, frequency_hz: float) -> Iterator[tuple[Snapshot, Motion]]:
         for motion in streams(self.bench, frequency_hz, self.jitter_ps, owed=self._owed):
-            failure = self._tried(frequency_hz, self.bench.rested, motion, clocks)
-            if failure is not None:
-                return failure
-        return None
+            yield self.bench.rested, motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,22 +234,10 @@ def largest_safe(
     fails: Callable[[float], F | None], first: float, last: float, *, steps: int = _STEPS_PER_OCTAVE,
     least: float = math.inf, lower: float = 1.0,
 ) -> Limit[F]:  # fmt: skip
-    """Return the largest value below the first failure.
+    """Return the largest value below the first failure, from a grid of equal ratios, so many steps an octave.
 
-    Parameters
-    ----------
-    fails
-        Returns what fails at a value, or None.
-    first, last
-        Ends of the grid, ascending by equal ratios.
-    steps
-        Of the grid, an octave.
-    least, lower
-        Where even the first one fails, the search begins lower by this factor, down to the least.
-
-    Notes
-    -----
-    Safe values above the first failing one of the grid do not count: what fails at 30 kHz is no machine for 40 kHz.
+    Where even the first value fails, the search begins lower by a factor, down to the least one. Safe values above
+    the first failing one of the grid do not count: what fails at 30 kHz is no machine for 40 kHz.
 
     Examples
     --------
@@ -290,13 +253,9 @@ def largest_safe(
         failure = fails(value)
     if failure is None:
         return Limit(value, None)
-    if safe == 0.0:
-        return (
-            largest_safe(fails, first / lower, first, steps=steps, least=least, lower=lower)
-            if (first > least)
-            else Limit(0.0, failure)
-        )
-    return _halved(fails, safe, value, failure)
+    if safe == 0.0 and first > least:
+        return largest_safe(fails, first / lower, first, steps=steps, least=least, lower=lower)
+    return _halved(fails, safe, value, failure) if safe else Limit(0.0, failure)
 
 
 def _halved(fails: Callable[[float], F | None], safe: float, failing: float, failure: F) -> Limit[F]:

@@ -22,7 +22,7 @@ from rtec.verify.contract.streams import Stream
 from rtec.verify.contract.trials import Case, Run
 from rtec.verify.envelope.bench import CLOCKS_APART, Motion, PhaseSweepBench
 from rtec.verify.envelope.mechanism import Mechanism
-from rtec.verify.envelope.moments import armed_moments, loop_cycles
+from rtec.verify.envelope.moments import armed_moments, loop_cycles, waiting_ps
 from rtec.verify.envelope.motion import broken_in
 from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
 from rtec.verify.envelope.speeds import starts_are_right
@@ -87,9 +87,10 @@ def test_a_safe_frequency_holds_under_a_slow_check(original):
     for armed in original.armed:
         count = 20 + (-(armed.moment.state + 20 * armed.direction) * armed.direction) % 4
         motion = Motion(times_ps=quarter_ps(safe_hz, count), direction=armed.direction, total=armed.sign)
-        for shift_ps in range(armed.waiting_ps, armed.waiting_ps + 2 * US, 130_000):
-            bench = original.bench
-            bench.play(armed.moment, motion, shift_ps)
+        bench = original.bench
+        first = round(waiting_ps(bench) / bench.clock_ps)
+        for clocks in range(first, first + 24, 2):
+            bench.play(armed.moment, motion, clocks)
             expected = armed.direction * count + 4 * armed.sign
             assert bench.words.completed == armed.sign
             assert bench.controller.counts() == (expected, 0)
@@ -118,8 +119,8 @@ def test_the_kernel_and_the_boards_face_agree_trial_by_trial():
         motion = Motion(times_ps=quarter_ps(37_000.0, 8), direction=armed.direction, total=armed.sign)
         shifts_ps = bursts.bench.shifts(armed.moment, clocks)
         found, _ = bursts.bench.sweep(armed.moment, motion, shifts_ps, stop=False)
-        for verdict, shift_ps in zip(found, shifts_ps, strict=True):
-            bursts.bench.play(armed.moment, motion, int(shift_ps))
+        for verdict, phase in zip(found, clocks, strict=True):
+            bursts.bench.play(armed.moment, motion, phase)
             completed = bursts.bench.words.completed
             right = counts_right(bursts.bench, 8 * armed.direction + 2 * completed)
             assert (verdict == 0) == (right and completed == armed.sign)
@@ -209,7 +210,7 @@ def test_the_waiting_loop_is_measured():
     # JB bit,rel: two machine cycles, or four clocks of the one-clock part
     for name, cycles in (("8051-12mhz", 2), ("one-clock-25mhz", 4)):
         bench = PhaseSweepBench(Design.C, Microcontroller.named(name))
-        assert loop_cycles(bench, armed_moments(bench)[0]) == cycles
+        assert loop_cycles(bench, armed_moments(bench)[0].moment) == cycles
 
 
 @pytest.mark.parametrize("jitter_ps", [-1, 10**10])
