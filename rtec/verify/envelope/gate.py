@@ -42,20 +42,10 @@ class Gate:
 def gate_of(
     bench: PhaseSweepBench, safe_hz: float, jitter_ps: int = 0, *, top_hz: float = math.inf, phases: int = 2
 ) -> Gate:
-    """Return what the speed gate of a board does.
+    """Return what the speed gate of a board does; up to ``safe_hz`` bursts or streams are safe.
 
-    Parameters
-    ----------
-    bench
-        The board.
-    safe_hz
-        Up to which bursts or streams are safe.
-    jitter_ps
-        Bound of the encoder's jitter, taken at its worst.
-    top_hz
-        Beyond this nothing is tried: lines that pass through the processor are lost there, gate or not.
-    phases
-        Between transitions and program, from which ramps begin.
+    Beyond ``top_hz`` nothing is tried: lines that pass through the processor are lost there, gate or not. Ramps begin
+    from so many phases between transitions and program.
     """
 
     def refuses(frequency_hz: float) -> bool | None:
@@ -78,18 +68,9 @@ def _inserts(bench: PhaseSweepBench, frequency_hz: float, jitter_ps: int) -> boo
 
 
 def ramp(speed: float, acceleration: float, steady: int, joint: float, last: float) -> Longs:
-    """Return the times of transitions at a speed that grows from a moment on.
+    """Return the times of transitions at a speed in counts/s that grows, by counts/s², behind some steady ones.
 
-    Parameters
-    ----------
-    speed, acceleration
-        Counts a second, and a second squared.
-    steady
-        Transitions before it begins to grow.
-    joint
-        Where between two transitions that is, 0..1.
-    last
-        Speed up to which it grows, counts a second; at least eight transitions are made.
+    It begins to grow at a joint of 0..1 between two, and does so up to the last speed, for eight transitions at least.
 
     Examples
     --------

@@ -34,15 +34,7 @@ class Mechanism(enum.Enum):
 
 
 def mechanism_of(failure: Failure, trials: Trials) -> Mechanism:
-    """Return what broke in a failing trial.
-
-    Parameters
-    ----------
-    failure
-        The trial.
-    trials
-        Those that it is one of.
-    """
+    """Return what broke in a failing trial, one of some trials."""
     if failure.verdict == kernels.NOT_COMPLETED:
         return Mechanism.GATE
     bench = trials.bench

@@ -62,16 +62,7 @@ def limit_in_motion(
 ) -> tuple[Speeds, Mechanism, int]:
     """Return what a board does with each frequency as the top speed of a motion, what breaks first, and runs made.
 
-    Parameters
-    ----------
-    bench
-        The board after power-up; one that inserts nothing at rest does nothing in any motion.
-    motion
-        How the axis moves.
-    top_hz
-        What it does there is of interest.
-    progress
-        Called with the share done.
+    The board comes from power-up; one that inserts nothing at rest does nothing in any motion.
     """
     board, design = Firmware(bench), bench.design
     contract = replace(Contract.of(design), delay_ps=board.delay_ps, acceleration_hz_s=motion.acceleration_hz_s)

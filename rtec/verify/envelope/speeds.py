@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -67,19 +68,7 @@ def _inserted(
 
 
 def speeds_of(trials: Trials, safe_hz: float, gate: Gate | None, top_hz: float) -> Speeds:
-    """Return how far a board goes.
-
-    Parameters
-    ----------
-    trials
-        Those of the board's envelope.
-    safe_hz
-        The envelope; 0 where there is none.
-    gate
-        What its speed gate does, or None.
-    top_hz
-        What it does there is of interest.
-    """
+    """Return how far a board goes beyond its envelope, ``safe_hz``; what it does at ``top_hz`` is of interest."""
     bench = trials.bench
     found = search(partial(_does, trials, safe_hz), top_hz, from_hz=BELOW * top_hz, to_hz=TO_HZ)
     if found.at(top_hz) is Does.FAILS or found.max_inserting_hz == 0.0:
@@ -109,16 +98,13 @@ def passing_alone(safe_hz: float, top_hz: float) -> Speeds:
 
 def _jitter_ps(trials: Trials, found: Frequencies, top_hz: float) -> int:
     """Return by how much two edges may come nearer at the highest frequency, and where the board stops inserting."""
-    last_hz, quarter_ps, before = min(found.max_inserting_hz, top_hz), PS_PER_S / (4.0 * top_hz), trials.jitter_ps
+    last_hz, quarter_ps, shaky = min(found.max_inserting_hz, top_hz), PS_PER_S / (4.0 * top_hz), copy(trials)
 
     def holds(share: float) -> bool:
-        trials.jitter_ps = round(share * quarter_ps / 2.0)  # one edge late, the next one early
-        try:
-            if trials.fails(last_hz) is not None:
-                return False
-            return last_hz == top_hz or _inserted(trials.bench, top_hz, trials.jitter_ps) is not None
-        finally:
-            trials.jitter_ps = before
+        shaky.jitter_ps = round(share * quarter_ps / 2.0)  # one edge late, the next one early
+        if shaky.fails(last_hz) is not None:
+            return False
+        return last_hz == top_hz or _inserted(shaky.bench, top_hz, shaky.jitter_ps) is not None
 
     return round(up_to(JITTERS, holds, to_a_hundredth) * quarter_ps)
 
@@ -126,12 +112,7 @@ def _jitter_ps(trials: Trials, found: Frequencies, top_hz: float) -> int:
 def starts_are_right(bench: PhaseSweepBench, contract: Contract) -> bool:
     """Return whether every count is right where the axis starts at any moment of an insertion at rest.
 
-    Parameters
-    ----------
-    bench
-        The board.
-    contract
-        Its acceleration holds up to its highest frequency.
+    The acceleration of the contract holds up to its highest frequency.
     """
     clocks = np.arange(0, round(_START_READINGS * bench.reading_ps / bench.clock_ps), _START_STRIDE, dtype=np.int64)
     for sign in (1, -1):

@@ -115,10 +115,6 @@ class Firmware:
     def close(self) -> None:
         """Nothing runs behind it."""
 
-    def begun_ps(self, stimulus: Stimulus) -> int:
-        """Return at which time of the bench a run begins."""
-        return self._homes[stimulus.edges.initial].now_ps
-
     def replay(self, stimulus: Stimulus, *, to_ps: int | None = None) -> None:
         """Play a stimulus, all of it or up to a time, with all that a bench records.
 
@@ -129,13 +125,12 @@ class Firmware:
         """
         bench = self.bench
         bench.reset(self._homes[stimulus.edges.initial])
-        begun_ps = bench.begun_ps
-        bench.axis = stimulus.edges.shift(begun_ps)
-        requests = zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True)
-        for until_ps, total in [*requests, (stimulus.until_ps, None)]:
-            bench.run_until(begun_ps + min(until_ps, until_ps if to_ps is None else to_ps))
-            if total is not None:
-                bench.board.ask(total)
+        bench.axis = stimulus.edges.shift(bench.begun_ps)
+        end_ps = stimulus.until_ps if to_ps is None else to_ps
+        for at_ps, total in zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True):
+            bench.run_until(bench.begun_ps + min(at_ps, end_ps))
+            bench.board.ask(total)
+        bench.run_until(bench.begun_ps + end_ps)
 
     def _quickly(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Make runs in one go, up to one that stops the processor or says more than there is room for."""
@@ -148,27 +143,19 @@ class Firmware:
         memory, hidden, log = board.cpu.arrays
         made = play_runs(
             board.state, np.asarray(board.state.base).view(np.uint8), board.cpu.loop, memory, hidden, log,
-            *self._kept,
-            np.array([homes.index(each.initial) for each in edges], np.int64),
+            *self._kept, np.array([homes.index(each.initial) for each in edges], np.int64),
             np.concatenate([each.times_ps for each in edges]), np.concatenate([each.levels for each in edges]),
             _bounds(edges), np.concatenate([each.times_ps for each in requests]),
             np.concatenate([each.totals for each in requests]), _bounds(requests),
             np.array([each.until_ps for each in stimuli], np.int64), np.empty((PUBLICATIONS, 3), np.int64),
             out_ps, out_levels, outs, told, tolds, last,
         )  # fmt: skip
-        return [
-            _response(
-                stimulus,
-                EdgeStream(
-                    out_ps[outs[k] : outs[k + 1]],
-                    out_levels[outs[k] : outs[k + 1]],
-                    int(self._homes[stimulus.edges.initial].circuits.seen_out),
-                ),
-                told[tolds[k] : tolds[k + 1]],
-                int(last[k, 1]) if last[k, 0] else None,
-            )
-            for k, stimulus in enumerate(stimuli[:made])
-        ]
+        responses = []
+        for k, stimulus in enumerate(stimuli[:made]):
+            out, level = slice(outs[k], outs[k + 1]), int(self._homes[stimulus.edges.initial].circuits.seen_out)
+            seen, at_end = EdgeStream(out_ps[out], out_levels[out], level), int(last[k, 1]) if last[k, 0] else None
+            responses.append(_response(stimulus, seen, told[tolds[k] : tolds[k + 1]], at_end))
+        return responses
 
     def _one(self, stimulus: Stimulus) -> Response:
         """Make one run in which much comes out, or the processor stops."""

@@ -2,7 +2,7 @@
 
 What the contract is stands in docs/firmware.md: pins, words, messages, and what every insertion algorithm owes,
 which `rtec.verify.contract` tries. A check is a function that plays with a :class:`Bench` and raises `Failed` where
-something does not hold; what led there is played once more to say which instruction was executed then.
+something does not hold; the bench then says which instructions were executed last.
 """
 
 from __future__ import annotations
@@ -100,12 +100,7 @@ class FirmwareCheckPlan:
 
         Every count has to be right up to 500 kHz, as of any algorithm: the lines go round the processor, through
         gates, and its speed gate keeps it from inserting too fast. Those of Design B go through the processor; there
-        the fastest speed is that at which it has to insert.
-
-        Parameters
-        ----------
-        delay_ps
-            How late the program may say what it has inserted.
+        the fastest speed is that at which it has to insert. ``delay_ps``: how late it may say what it has inserted.
         """
         contract = Contract.of(self.design)
         fastest_hz = self.speeds_hz[-1] if self.design.in_path else max(contract.frequency_hz, self.speeds_hz[-1])
@@ -254,7 +249,8 @@ class _Campaign:
                 self._fail_run(firmware, name, f"{case.title}: nothing inserted while the axis moves", run)
                 return
             firmware.replay(case.stream.stimulus())
-            latency_ps = max((found.latency_ps or 0 for found in insertions(self.bench)), default=0)
+            made_ps = [found.last_ps - found.edge_ps for found in insertions(self.bench) if found.edge_ps is not None]
+            latency_ps = max(made_ps, default=0)
             if self.slowest is None or latency_ps > self.slowest[0]:
                 self.slowest = latency_ps, run
             made += 1

@@ -18,7 +18,6 @@ from rtec.verify.contract.results import Verdict
 _MEASURED = (
     "reading_us", "worst_insertion_cycles", "worst_insertion_us", "reset_worst_counts_off", "reset_illegal",
 )  # fmt: skip
-_PINS = ("P1_0", "P1_1", "P1_2", "P1_3", "P1_4", "P1_5", "P1_6", "P1_7")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,23 +25,21 @@ class Trace:
     """The lines and pins around an insertion."""
 
     title: str
-    """What is seen."""
     encoder: EdgeStream
     controller: EdgeStream
-    """``encoder``, ``controller``: edges on both sides of the box."""
+    """Edges on both sides of the box."""
     requested: Totals
     completed: Totals
-    """``requested``, ``completed``: totals of steps; the second as the check has seen it in the words to the PC."""
+    """Totals of steps; the second as the check has seen it in the words to the PC."""
     insertions_ps: tuple[tuple[int, int], ...]
     """First and last change of the drive pins in each insertion."""
     pin_times_ps: NDArray[np.int64]
     pin_levels: NDArray[np.int64]
-    """``pin_times_ps``, ``pin_levels``: changes of port 1: the time at the pin, the byte from then on."""
     initial_pins: int
-    """Port 1 before the first change."""
+    """Changes of port 1: the time at the pin, the byte from then on, the byte before the first."""
     from_ps: int
     to_ps: int
-    """``from_ps``, ``to_ps``: the part that matters."""
+    """The part that matters."""
     zero_ps: int
     """The encoder's edge before the first change of a drive pin, or the change itself at rest."""
     mark_ps: int | None
@@ -53,27 +50,21 @@ class Trace:
     def write(self, file: Path) -> None:
         """Write both sides of the box, totals, insertions and the pins of port 1, in time since power-up.
 
-        Parameters
-        ----------
-        file
-            The file; one that exists is overwritten.
-
         Raises
         ------
         OutputError
-            It cannot be written.
+            The file cannot be written; one that exists is overwritten.
         """
         levels = np.concatenate([[self.initial_pins], self.pin_levels])
         beside = []
-        for bit, name in enumerate(_PINS):
+        for bit in range(8):
             at = np.flatnonzero(np.diff(levels >> bit & 1)) + 1
-            signal = VcdSignal(scope="P1", name=name, initial=self.initial_pins >> bit & 1)
+            signal = VcdSignal(scope="P1", name=f"P1_{bit}", initial=self.initial_pins >> bit & 1)
             beside.append((signal, self.pin_times_ps[at - 1], levels[at] >> bit & 1))
         mark_ps = np.array([] if self.mark_ps is None else [self.mark_ps], np.int64)
         beside.append((VcdSignal(scope="check", name="failed"), mark_ps, np.ones(mark_ps.size, np.int64)))
-        rows = rows_of_streams(
-            self.encoder, self.controller, self.requested, self.completed, inserted=self.insertions_ps
-        )
+        sides = self.encoder, self.controller
+        rows = rows_of_streams(*sides, self.requested, self.completed, inserted=self.insertions_ps)
         initial = self.encoder.initial, self.controller.initial
         write_waves(file, rows, initial=initial, end_ps=self.to_ps, beside=beside)
 
@@ -112,8 +103,7 @@ class Check:
             "pc": self.pc,
             "stream": self.stream,
             "instructions": [
-                {"cycle": row.cycle, "address": row.address, "text": row.text, "P1": row.port_1}
-                for row in self.executed
+                {"cycle": at.cycle, "address": at.address, "text": at.text, "P1": at.port_1} for at in self.executed
             ],
         }
 
