@@ -70,7 +70,7 @@ def _inserts(bench: PhaseSweepBench, frequency_hz: float, jitter_ps: int) -> boo
 def ramp(speed: float, acceleration: float, steady: int, joint: float, last: float) -> Longs:
     """Return the times of transitions at a speed in counts/s that grows, by counts/s², behind some steady ones.
 
-    It begins to grow at a joint of 0..1 between two, and does so up to the last speed, for eight transitions at least.
+    It begins to grow at a joint of 0..1 between two, and does so up to the last speed, for at least 8 transitions.
 
     Examples
     --------
