@@ -45,7 +45,7 @@ def hertz(value: float) -> str:
 def cells(row: EnvelopeRow) -> list[str]:
     """Return the cells of a row of `rtec envelope`; accelerations are those at counts of 1 µm."""
     found, jitter_ps = row.speeds.frequencies, row.speeds.max_jitter_ps
-    ramp = None if row.gate is None else row.gate.max_acceleration_counts_s2
+    ramp = row.max_acceleration_counts_s2
     beyond = "beyond " if found.max_passing_hz >= found.searched_to_hz else ""
     return [
         row.processor.name,

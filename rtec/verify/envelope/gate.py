@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,22 +27,21 @@ _PLACES, _JOINTS = 16, 2
 """A ramp begins behind up to so many transitions, at so many places between two: wherever the program is by then."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gate:
-    """What the speed gate does."""
-
-    gate_hz: float | None
-    """Largest steady frequency at which something is still inserted; None where nothing ever is in motion."""
-    max_acceleration_counts_s2: float | None
-    """Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
-    smallest one tried already breaks one, None where none does or nothing is inserted in motion."""
-
-
 def gate_of(
     bench: PhaseSweepBench, safe_hz: float, jitter_ps: int = 0, *, top_hz: float = math.inf, phases: int = 2
-) -> Gate:
+) -> tuple[float | None, float | None]:
     """Return what the speed gate of a board does; up to ``safe_hz`` bursts or streams are safe.
 
+    Returns
+    -------
+    gate_hz
+        Largest steady frequency at which something is still inserted; None where nothing ever is in motion.
+    max_acceleration_counts_s2
+        Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
+        smallest one tried already breaks one, None where none does or nothing is inserted in motion.
+
+    Notes
+    -----
     Beyond ``top_hz`` nothing is tried: lines that pass through the processor are lost there, gate or not. Ramps begin
     from so many phases between transitions and program.
     """
@@ -53,9 +51,9 @@ def gate_of(
 
     gate_hz = largest_safe(refuses, safe_hz / _BELOW, min(4.0 * safe_hz, top_hz), steps=_STEPS).safe
     if gate_hz == 0.0:
-        return Gate(gate_hz=None, max_acceleration_counts_s2=None)
+        return None, None
     last_hz = min(max(_TO * gate_hz, _BEYOND * safe_hz), top_hz)
-    return Gate(gate_hz=gate_hz, max_acceleration_counts_s2=_acceleration(bench, gate_hz, last_hz, jitter_ps, phases))
+    return gate_hz, _acceleration(bench, gate_hz, last_hz, jitter_ps, phases)
 
 
 def _inserts(bench: PhaseSweepBench, frequency_hz: float, jitter_ps: int) -> bool:

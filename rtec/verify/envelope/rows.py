@@ -19,7 +19,7 @@ from rtec.verify.contract.frequencies import Does
 from rtec.verify.contract.speeds import Speeds
 from rtec.verify.envelope import _kernels as kernels
 from rtec.verify.envelope.bench import PhaseSweepBench
-from rtec.verify.envelope.gate import Gate, gate_of
+from rtec.verify.envelope.gate import gate_of
 from rtec.verify.envelope.mechanism import Mechanism, mechanism_of
 from rtec.verify.envelope.motion import InMotion, limit_in_motion
 from rtec.verify.envelope.speeds import passing_alone, speeds_of
@@ -103,14 +103,15 @@ class EnvelopeRow:
     """What breaks first."""
     failing: FailingTrial | None
     """The first trial that failed, or None."""
-    gate: Gate | None
-    """What the speed gate does."""
     speeds: Speeds
     """What it does at each frequency, and which jitter and acceleration it stands."""
-    loop_cycles: int | None
-    """Period of the waiting loop; None for a program that passes the lines on."""
     trials: int
     """Made in all."""
+    gate_hz: float | None = None
+    max_acceleration_counts_s2: float | None = None
+    """What the speed gate does (`gate_of`)."""
+    loop_cycles: int | None = None
+    """Period of the waiting loop; None for a program that passes the lines on."""
 
     @property
     def checked_to_hz(self) -> float | None:
@@ -125,12 +126,11 @@ class EnvelopeRow:
         return all(does is not Does.FAILS for _, does in above) if above else None
 
     def _above_gate(self) -> list[tuple[float, Does]]:
-        gate_hz = None if self.gate is None else self.gate.gate_hz
-        if gate_hz is None:
+        if self.gate_hz is None:
             return []
         # lines that pass through the processor are lost above the safe frequency, gate or not
         most_hz = self.max_safe_hz if self.design.in_path else math.inf
-        return [row for row in self.speeds.frequencies.rows if gate_hz < row[0] <= most_hz]
+        return [row for row in self.speeds.frequencies.rows if self.gate_hz < row[0] <= most_hz]
 
     @property
     def reaches_500khz(self) -> bool:
@@ -139,8 +139,7 @@ class EnvelopeRow:
 
     def to_dict(self) -> dict[str, object]:
         """Return the row as plain data under the names that scripts rely on."""
-        plan, gate, speeds = self.plan, self.gate, self.speeds
-        acceleration = None if gate is None else gate.max_acceleration_counts_s2
+        plan, speeds, acceleration = self.plan, self.speeds, self.max_acceleration_counts_s2
         return {
             "design": self.design.value,
             "processor": self.processor.name,
@@ -148,7 +147,7 @@ class EnvelopeRow:
             "max_safe_hz": self.max_safe_hz,
             "limited_by": self.limited_by.value,
             "reaches_500khz": self.reaches_500khz,
-            "gate_hz": None if gate is None else gate.gate_hz,
+            "gate_hz": self.gate_hz,
             "counts_right_above_gate": self.counts_right,
             "checked_to_hz": self.checked_to_hz,
             "max_inserting_hz": speeds.frequencies.max_inserting_hz,
@@ -224,23 +223,20 @@ def _row(
     limit = trials.limit(exhaustive=plan.exhaustive)
     progress(0.5)
     limited_by, failure = _mechanism(trials, limit), limit.failure
-    gate, speeds = None, passing_alone(limit.safe, GOAL_HZ)
+    speeds, gate_hz, acceleration = passing_alone(limit.safe, GOAL_HZ), None, None
     if not plan.nothing_owed:
         if limit.safe:
             top_hz = limit.safe if design.in_path else math.inf
             phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
-            gate = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
+            gate_hz, acceleration = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
         progress(0.7)
-        speeds = speeds_of(trials, limit.safe, gate, GOAL_HZ)
+        most_hz_s = math.inf if acceleration is None else acceleration / 4.0
+        speeds = speeds_of(trials, limit.safe, most_hz_s, GOAL_HZ)
     return row(
-        max_safe_hz=limit.safe,
-        limited_by=limited_by,
-        failing=None if failure is None else _named(failure),
-        gate=gate,
-        speeds=speeds,
+        max_safe_hz=limit.safe, limited_by=limited_by, failing=None if failure is None else _named(failure),
+        speeds=speeds, trials=bench.trials, gate_hz=gate_hz, max_acceleration_counts_s2=acceleration,
         loop_cycles=trials.loop_cycles or None,
-        trials=bench.trials,
-    )
+    )  # fmt: skip
 
 
 def _in_motion(
@@ -251,15 +247,8 @@ def _in_motion(
     if wrong is not None:
         at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
         failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
-    return row(
-        max_safe_hz=speeds.frequencies.max_passing_hz,
-        limited_by=limited_by,
-        failing=failing,
-        gate=None,
-        speeds=speeds,
-        loop_cycles=None,
-        trials=trials,
-    )
+    safe_hz = speeds.frequencies.max_passing_hz
+    return row(max_safe_hz=safe_hz, limited_by=limited_by, failing=failing, speeds=speeds, trials=trials)
 
 
 def _mechanism(trials: Trials, limit: Limit[Failure]) -> Mechanism:

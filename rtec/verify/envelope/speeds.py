@@ -15,7 +15,6 @@ from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.frequencies import Does, Frequencies, search
 from rtec.verify.contract.speeds import BELOW, JITTERS, Speeds, accelerations_of, to_a_hundredth, up_to, within
 from rtec.verify.envelope.bench import Motion, PhaseSweepBench
-from rtec.verify.envelope.gate import Gate
 from rtec.verify.envelope.trials import HARMFUL, Trials, phases_ps, streams
 
 TO_HZ = 2.0e6
@@ -67,26 +66,22 @@ def _inserted(
     return inserted
 
 
-def speeds_of(trials: Trials, safe_hz: float, gate: Gate | None, top_hz: float) -> Speeds:
-    """Return how far a board goes beyond its envelope, ``safe_hz``; what it does at ``top_hz`` is of interest."""
+def speeds_of(trials: Trials, safe_hz: float, most_hz_s: float, top_hz: float) -> Speeds:
+    """Return how far a board goes beyond its envelope, ``safe_hz``; what it does at ``top_hz`` is of interest.
+
+    Its speed gate bears no higher acceleration than ``most_hz_s``.
+    """
     bench = trials.bench
     found = search(partial(_does, trials, safe_hz), top_hz, from_hz=BELOW * top_hz, to_hz=TO_HZ)
     if found.at(top_hz) is Does.FAILS or found.max_inserting_hz == 0.0:
         return Speeds(frequencies=found, top_hz=top_hz)
     sharpest = replace(Contract.of(bench.design), frequency_hz=top_hz)
     instant_hz_s, levels = accelerations_of(sharpest)
-    acceleration = up_to(
-        levels, lambda hz_s: starts_are_right(bench, replace(sharpest, acceleration_hz_s=hz_s)), within
-    )
-    if gate is not None and gate.max_acceleration_counts_s2 is not None:
-        acceleration = min(acceleration, gate.max_acceleration_counts_s2 / 4.0)
+    hz_s = up_to(levels, lambda hz_s: starts_are_right(bench, replace(sharpest, acceleration_hz_s=hz_s)), within)
     return Speeds(
-        frequencies=found,
-        top_hz=top_hz,
-        max_jitter_ps=_jitter_ps(trials, found, top_hz),
-        max_acceleration_hz_s=acceleration,
-        accelerations_to_hz_s=instant_hz_s,
-    )
+        frequencies=found, top_hz=top_hz, max_jitter_ps=_jitter_ps(trials, found, top_hz),
+        max_acceleration_hz_s=min(hz_s, most_hz_s), accelerations_to_hz_s=instant_hz_s,
+    )  # fmt: skip
 
 
 def passing_alone(safe_hz: float, top_hz: float) -> Speeds:

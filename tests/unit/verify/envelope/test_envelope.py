@@ -67,12 +67,12 @@ def test_the_original_is_consistent_with_the_report():
     assert row.failing.behind_state == 1
     assert row.max_safe_hz < row.failing.frequency_hz < 1.01 * row.max_safe_hz
     # its gate: 51 cycles or more from one A&B low to the next, in a loop of 4 cycles and more
-    assert 1e6 / 59 < row.gate.gate_hz < 1e6 / 51
+    assert 1e6 / 59 < row.gate_hz < 1e6 / 51
     assert row.counts_right
-    assert row.checked_to_hz > 10 * row.gate.gate_hz
+    assert row.checked_to_hz > 10 * row.gate_hz
     # up to there the gate lets a step through at some phase within two readings; within many it does at all phases
     found = row.speeds.frequencies
-    assert 0.95 * row.gate.gate_hz < found.max_inserting_hz < 1.03 * row.gate.gate_hz
+    assert 0.95 * row.gate_hz < found.max_inserting_hz < 1.03 * row.gate_hz
     assert row.speeds.at_top is Does.PASSES
     assert row.speeds.summary.startswith("500 kHz: passes; inserts to 1")
     assert row.speeds.summary.endswith("passes beyond 2 MHz")
@@ -172,7 +172,7 @@ NOTHING = Image.of(bytes([0x80, 0xFE]))  # SJMP $
 
 def test_a_program_that_never_inserts_has_no_answer():
     [row] = find_envelope(EnvelopePlan(designs=[Design.C], processors=[MHZ_12], image=NOTHING))
-    assert (row.max_safe_hz, row.limited_by, row.gate, row.failing) == (0.0, Mechanism.NO_ANSWER, None, None)
+    assert (row.max_safe_hz, row.limited_by, row.gate_hz, row.failing) == (0.0, Mechanism.NO_ANSWER, None, None)
     # the gates pass the lines on
     assert row.speeds.at_top is Does.PASSES
     assert row.speeds.summary == "500 kHz: passes; inserts at no frequency in motion; passes beyond 2 MHz"
