@@ -16,6 +16,7 @@ from rtec.verify.bench import Bench
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.frequencies import Does, Frequencies, search
 from rtec.verify.contract.judge import Fault
+from rtec.verify.contract.motion_outcome import Outcome, outcome_of
 from rtec.verify.contract.motions import motion_cases
 from rtec.verify.contract.speeds import Speeds
 from rtec.verify.contract.trials import Run, Trials
@@ -83,7 +84,9 @@ def limit_in_motion(
             if not run.right:
                 wrong[hertz] = run
                 break
-            deferred = deferred or _deferred(run, rest.settle_ps, bench.reading_ps)
+            # the program says in the reading behind an insertion what it has inserted
+            if not deferred and _moved_on(run, rest.settle_ps):
+                deferred = outcome_of(run, contract, late_ps=bench.reading_ps) is Outcome.DEFERRED
         made += trials.made
         return Does.FAILS if hertz in wrong else Does.PASSES if deferred else Does.INSERTS
 
@@ -95,15 +98,10 @@ def limit_in_motion(
     return Speeds(frequencies=found, top_hz=top_hz, first_wrong=first), limited_by, made
 
 
-def _deferred(run: Run, settle_ps: int, reading_ps: int) -> bool:
-    """Return whether a step was put off until the axis rested, though it moved for longer than a step takes.
-
-    The program says in the reading behind an insertion what it has inserted.
-    """
-    stream, done = run.case.stream, run.response.completed
-    if not stream.edges_ps.size or stream.edges_ps[-1] - stream.requests_ps[-1] < settle_ps:
-        return False
-    return done.final != stream.totals[-1] or bool(done.times_ps[-1] > stream.edges_ps[-1] + reading_ps)
+def _moved_on(run: Run, settle_ps: int) -> bool:
+    """Return whether the axis moved for longer than a step takes once it was asked for."""
+    stream = run.case.stream
+    return stream.edges_ps.size > 0 and bool(stream.edges_ps[-1] - stream.requests_ps[-1] >= settle_ps)
 
 
 def broken_in(run: Run, design: Design, loop_ps: float) -> Mechanism:
