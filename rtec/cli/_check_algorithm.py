@@ -19,7 +19,7 @@ _DESIGNS = tuple(design.value for design in Design)
 _FORMS = "file.py:Name, top.v, image.ihx, or a design of rtec: " + ", ".join(_DESIGNS)
 _OF_KIND = {
     "Python": ("clock_ps",),
-    "Verilog": ("clock_ps", "pins", "simulator"),
+    "Verilog": ("clock_ps", "pins"),
     "machine code": ("processor", "part", "hold_latch"),
     "a design of rtec": ("timing", "real_edges"),
 }
@@ -39,8 +39,6 @@ class Chosen:
     """What is asked of it."""
     note: Callable[[], str]
     """Called when it was played: what there is to say about how it runs, or ""."""
-    faster: str = ""
-    """What would make it faster, as the end of a line."""
 
 
 def choose(options: Options) -> Chosen:
@@ -92,14 +90,8 @@ def _verilog(options: Options) -> Chosen:
     if options.runner.pins is None:
         raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
     contract, pins = _contract(options.contract), Pins.read(options.runner.pins)
-    algorithm = VerilogAlgorithm(
-        Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps, simulator=options.runner.simulator
-    )
-    faster = "; Icarus Verilog plays it, Verilator is faster: apt install verilator g++ make, --simulator verilator"
-    return Chosen(
-        word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note,
-        faster=faster if algorithm.simulator == "icarus" else "",
-    )  # fmt: skip
+    algorithm = VerilogAlgorithm(Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
 
 
 def _machine_code(options: Options) -> Chosen:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import mmap
 import os
-import signal
 import socket
 import struct
 import subprocess
@@ -24,7 +23,7 @@ from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.readable import printable
 from rtec.signal import EdgeStream
-from rtec.verify.contract._build_sandbox import signal_group
+from rtec.verify.contract._process_group import begin_group, end_group
 from rtec.verify.contract._python_child import COMPILING, LOADING, WATCHED
 
 SILENT_S = 10.0
@@ -122,8 +121,7 @@ class PythonClass(Closing):
         process, self._process = self._process, None
         if process is not None:
             self._link.close()
-            signal_group(process, signal.SIGKILL)  # with what the algorithm has begun
-            process.wait()
+            end_group(process)  # with what the algorithm has begun
 
     def _start(self) -> None:
         path = os.pathsep.join(filter(None, (_PACKAGE, os.environ.get("PYTHONPATH", ""))))
@@ -136,13 +134,11 @@ class PythonClass(Closing):
             watched.truncate(WATCHED.size)
             self._watched = mmap.mmap(watched.fileno(), WATCHED.size)
             passed = its.fileno(), watched.fileno()
-            self._process = subprocess.Popen(  # noqa: S603 - the user's own file, which they asked to run
+            self._process = begin_group(
                 [sys.executable, "-m", "rtec.verify.contract._python_child", str(self.file), self.class_name]
                 + [str(descriptor) for descriptor in passed],
-                stdin=subprocess.DEVNULL,
                 stdout=sys.__stderr__ if sys.__stderr__ is not None else subprocess.DEVNULL,
                 pass_fds=passed,
-                start_new_session=True,  # Ctrl-C is its parent's, which ends it
                 env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         try:
