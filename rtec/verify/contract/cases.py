@@ -184,12 +184,10 @@ def aimed_in_motion(trials: Trials, hertz: float, moments_ps: Sequence[int]) -> 
 
 def moments_of_insertion(trials: Trials) -> list[int]:
     """Return moments inside an insertion at rest, in ps from its request; none where nothing is inserted there."""
-    first_ps = trials.contract.quarter_ps + trials.settle_ps
-    base = Stream.of(trials.contract.states[0], (), [(first_ps, 1)], 1)
-    window = trials.window(trials.case("an insertion at rest", base))
+    _, window = trials.at_rest(trials.contract.states[0], 1)
     if window is None:
         return []
-    return [round(window[0] + share * (window[1] - window[0])) - first_ps for share in (0.1, 0.5, 0.9)]
+    return [round(window[0] + share * (window[1] - window[0])) - trials.asked_ps for share in (0.1, 0.5, 0.9)]
 
 
 def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phase: float) -> Case:
@@ -222,11 +220,8 @@ def jittering(trials: Trials) -> Iterator[Case]:
 def reversing(trials: Trials) -> Iterator[Case]:
     """Yield edges and turns at every moment of an insertion, one way and over and back."""
     contract = trials.contract
-    turn_ps = contract.turn_ps
     for state, sign in product(contract.states, (1, -1)):
-        first_ps = contract.quarter_ps + trials.settle_ps
-        base = Stream.of(state, (), [(first_ps, sign)], 1)
-        window = trials.window(trials.case("an insertion at rest", base))
+        base, window = trials.at_rest(state, sign)
         if window is None:
             continue
         for at_ps, direction in product(_moments(window), (1, -1)):
@@ -234,9 +229,9 @@ def reversing(trials: Trials) -> Iterator[Case]:
                 continue
             title = f"{sign:+d} step in state {STATES[state]}, the axis"
             edge = [(at_ps, direction)]
-            yield trials.case(f"{title} creeps over an edge", Stream.of(state, edge, [(first_ps, sign)], 1))
-            back = [*edge, (at_ps + turn_ps, -direction)]
-            yield trials.case(f"{title} goes over an edge and back", Stream.of(state, back, [(first_ps, sign)], 1))
+            yield trials.case(f"{title} creeps over an edge", base.stream.moving(edge))
+            back = [*edge, (at_ps + contract.turn_ps, -direction)]
+            yield trials.case(f"{title} goes over an edge and back", base.stream.moving(back))
     yield from turning(trials, contract)
 
 
@@ -259,15 +254,14 @@ def turning(trials: Trials, contract: Contract, depths: Sequence[float] = (0.000
 def starting(trials: Trials, contract: Contract) -> Iterator[Case]:
     """Yield starts under the acceleration of a contract, with edges at every moment of an insertion at rest."""
     for state, sign in product(contract.states, (1, -1)):
-        first_ps = contract.quarter_ps + trials.settle_ps
-        window = trials.window(trials.case("at rest", Stream.of(state, (), [(first_ps, sign)], 1)))
+        base, window = trials.at_rest(state, sign)
         if window is None:
             continue
         for at_ps, direction, depth, which in product(_moments(window), (1, -1), (1e-4, 1.0), (0, 2)):
             edges = start(contract, direction, 12, depth=depth)
             edges[:, 0] += at_ps - edges[which, 0]
             if edges[0, 0] >= 1:
-                stream = Stream.of(state, edges, [(first_ps, sign)], 1)
+                stream = base.stream.moving(edges)
                 yield trials.case(f"{sign:+d} step in state {STATES[state]}, the axis starts", stream)
 
 
@@ -289,12 +283,12 @@ def asking(trials: Trials) -> Iterator[Case]:
     contract = trials.contract
     slow_hz = contract.frequency_hz / 50.0
     for state, sign, moving in product(contract.states, (1, -1), (False, True)):
-        base = step_in_motion(trials, slow_hz, 1, sign, 0.5) if moving else None
-        if base is None:
-            first_ps = contract.quarter_ps + trials.settle_ps
-            base = trials.case("an insertion", Stream.of(state, (), [(first_ps, sign)], 1))
+        if moving:
+            base = step_in_motion(trials, slow_hz, 1, sign, 0.5)
+            window = trials.window(base)
+        else:
+            base, window = trials.at_rest(state, sign)
         first_ps = int(base.stream.requests_ps[0])
-        window = trials.window(base)
         if window is None:
             continue
         for at_ps, (total, what) in product(

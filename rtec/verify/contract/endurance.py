@@ -163,10 +163,10 @@ def _level(trials: Trials, cases: Sequence[Case]) -> tuple[Run | None, int, str]
 
 def _window(trials: Trials, state: int, sign: int) -> tuple[int, int]:
     """Return begin and end of an insertion at rest, from its request on."""
-    asked_ps = trials.contract.quarter_ps + trials.settle_ps
-    stream = Stream.of(state, (), [(asked_ps, sign)], 1)
-    window = trials.window(trials.case("an insertion at rest", stream)) or (asked_ps, asked_ps + 2)
-    return max(window[0] - asked_ps, 1), max(window[1] - asked_ps, 2)
+    asked_ps = trials.asked_ps
+    _, window = trials.at_rest(state, sign)
+    begin_ps, end_ps = window or (asked_ps, asked_ps + 2)
+    return max(begin_ps - asked_ps, 1), max(end_ps - asked_ps, 2)
 
 
 def walking(trials: Trials) -> Iterator[Level]:

@@ -185,6 +185,16 @@ class Trials:
         """Return a case that ends at rest."""
         return Case(title=title, stream=self.settled(stream), must_finish=stream.final_state in self.contract.states)
 
+    @property
+    def asked_ps(self) -> int:
+        """Return when a request comes in a run that begins at rest."""
+        return self.contract.quarter_ps + self.settle_ps
+
+    def at_rest(self, state: int, sign: int) -> tuple[Case, tuple[int, int] | None]:
+        """Return a step at rest, and when its insertion begins and ends; None where there is none."""
+        case = self.case("an insertion at rest", Stream.of(state, (), [(self.asked_ps, sign)], 1))
+        return case, self.window(case)
+
     def window(self, case: Case) -> tuple[int, int] | None:
         """Return when the last insertion of a case begins and ends; None where there is none.
 
