@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import mmap
 import os
-import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -30,8 +29,6 @@ SILENT_S = 10.0
 """Without a call of its step for so long, an algorithm is ended."""
 _COMPILING_S = 120.0
 _LOOK_S = 0.2
-_MOST_BYTES = 1 << 30
-"""Of an answer: several times what its most changes take."""
 _PACKAGE = str(Path(__file__).resolve().parents[3])
 
 
@@ -126,10 +123,6 @@ class PythonClass(Closing):
     def _start(self) -> None:
         path = os.pathsep.join(filter(None, (_PACKAGE, os.environ.get("PYTHONPATH", ""))))
         self._link, its = Pipe()
-        seconds, rest = divmod(SILENT_S, 1.0)
-        with socket.socket(fileno=os.dup(self._link.fileno())) as pipe:
-            for way in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):  # half a message would be waited for without end
-                pipe.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", int(seconds), int(1e6 * rest)))
         with its, tempfile.TemporaryFile() as watched:
             watched.truncate(WATCHED.size)
             self._watched = mmap.mmap(watched.fileno(), WATCHED.size)
@@ -142,27 +135,21 @@ class PythonClass(Closing):
                 env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         try:
-            error, reasons = (self._received().decode(errors="replace") for _ in range(2))
+            error, self._reasons = json.loads(self._received())
         except _Silent as silent:
             raise RtecError(f"{self.name}: {silent} while the file is loaded") from None
         if error:
             raise RtecError(f"{self.file.name}: {printable(error)}")
-        self._reasons = reasons.split("\n")
 
     def _answer(self, stimulus: Stimulus) -> Response:
         edges, requests = stimulus.edges, stimulus.requests
         streams = edges.times_ps, edges.levels, requests.times_ps, requests.totals
         with contextlib.suppress(OSError):  # it has ended, which its answer will show
             self._link.send((*streams, edges.initial, stimulus.until_ps, *self.clock_ps))
-        answer = self._received()
-        reason, note = (self._received().decode(errors="replace") for _ in range(2))
+        head, _, numbers = self._received().partition(b"\n")
+        *sizes, first, broken_ps, reason, note = json.loads(head)
         self.note = printable(note)
-        numbers = np.frombuffer(answer[: len(answer) // 8 * 8], np.int64)
-        head, values = numbers[:5].tolist(), numbers[5:]
-        if len(head) < 5 or min(head[:3]) < 0 or values.size != 2 * sum(head[:3]):
-            raise _Silent("what it sent is no answer")
-        *sizes, first, broken_ps = head
-        arrays = np.split(values, np.cumsum(np.repeat(sizes, 2))[:-1])
+        arrays = np.split(np.frombuffer(numbers, np.int64), np.cumsum(np.repeat(sizes, 2))[:-1])
         return response_of((*arrays, first, broken_ps, reason), self._reasons)
 
     def _received(self) -> bytes:
@@ -177,9 +164,7 @@ class PythonClass(Closing):
                 what = "the file did not come to its end" if doing == LOADING else "step did not return"
                 raise _Silent(f"{what} within {SILENT_S:g} s")
         try:
-            return self._link.recv_bytes(_MOST_BYTES)
-        except BlockingIOError:
-            raise _Silent(f"it sent half an answer, and no more within {SILENT_S:g} s") from None
+            return self._link.recv_bytes()
         except (EOFError, OSError):
             raise _Silent(self._how_it_ended()) from None
 
