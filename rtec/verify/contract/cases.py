@@ -40,12 +40,6 @@ def steady(
     ----------
     frequency_hz
         Of the square waves.
-    direction
-        +1 or -1.
-    edges
-        How many.
-    first_ps
-        Time of the first one.
     jitter
         Shift of each edge in shares of the distance, shape (edges,).
 
@@ -66,10 +60,8 @@ def turn(contract: Contract, direction: int, edges: int, *, depth: float) -> NDA
     ----------
     contract
         Its acceleration holds throughout, up to the highest frequency.
-    direction
-        Before the turn.
-    edges
-        On each side of it.
+    direction, edges
+        Before the turn, and on each side of it.
     depth
         How far behind the last edge it lies, in counts, 0..1; this edge comes again after ``turn_ps`` at least.
 
@@ -91,12 +83,6 @@ def start(contract: Contract, direction: int, edges: int, *, depth: float) -> ND
 
     Parameters
     ----------
-    contract
-        Its acceleration holds up to the highest frequency.
-    direction
-        Of the motion.
-    edges
-        How many.
     depth
         How far before the first edge the axis rests, in counts, 0..1; it begins to move at time 0.
 

@@ -103,16 +103,7 @@ def reach_of(algorithm: Algorithm) -> Reach:
 
 
 def endure(trials: Trials, kind: Kind, *, most_s: float = MOST_S) -> Endured:
-    """Go level by level as deep as all is right, the next level is no matter of minutes, and runs may be as long.
-
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    kind
-        What is tried.
-    most_s
-        Seconds that a level may take.
+    """Go level by level as deep as all is right, the next level takes ``most_s`` at most, and runs may be as long.
 
     Examples
     --------
@@ -191,18 +182,9 @@ def walking(trials: Trials) -> Iterator[Level]:
 
 
 def walk(trials: Trials, state: int, totals: Sequence[int], every: int) -> Stream:
-    """Return a stream that asks for one total after the other at rest.
+    """Return a stream that asks for one total after the other at rest, each a step from the one before.
 
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    state
-        Of the encoder.
-    totals
-        Each one step from the one before, the first from 0.
-    every
-        One step in so many is disturbed; those next to a wrap in every way and at every moment. 0 for none at all.
+    One step in ``every`` is disturbed, those next to a wrap in every way and at every moment; with 0 none at all.
     """
     gap_ps, turn_ps = trials.settle_ps, trials.contract.turn_ps
     windows = {sign: _window(trials, state, sign) for sign in (1, -1)}

@@ -84,14 +84,9 @@ class Frequencies:
         return next((does for tried, does in self.rows if tried >= hertz * (1.0 - 1e-9)), self.rows[-1][1])
 
     def summary(self, top_hz: float, *, asked: bool = True) -> str:
-        """Return one line for a data sheet.
+        """Return one line for a data sheet, beginning with what it does at ``top_hz``.
 
-        Parameters
-        ----------
-        top_hz
-            What it does there is said first.
-        asked
-            Whether a step was asked for; otherwise only passing is spoken of.
+        Where no step was asked for, only passing is spoken of.
         """
         said = [f"{hertz_text(top_hz)}: {self.at(top_hz).value}"]
         limits = [("inserts", self.max_inserting_hz, self._again(Does.INSERTS))] if asked else []
@@ -142,14 +137,10 @@ def search(
         Tries a frequency.
     top_hz
         One more level, of interest to the user.
-    from_hz, to_hz
-        Ends of the ladder.
     digits
         Levels per decade; twelve by default.
     deeper
         Decades that it goes down below its lower end as long as nothing is inserted there.
-    progress
-        Called with the share done.
 
     Examples
     --------

@@ -90,14 +90,7 @@ class Speeds:
 
 
 def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda share: None) -> Speeds:
-    """Find the limits of an algorithm.
-
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    progress
-        Called with the share done.
+    """Find the limits of an algorithm whose time to settle is known.
 
     Examples
     --------

@@ -84,13 +84,6 @@ class Margin:
 class Trials:
     """An algorithm on the bench.
 
-    Parameters
-    ----------
-    algorithm
-        The algorithm, whatever it is written in.
-    contract
-        What is asked of it.
-
     Examples
     --------
     >>> from rtec.verify.contract.built_in import BuiltIn
@@ -143,13 +136,7 @@ class Trials:
         return next((run for run in self.all_of(waiting) if not run.right), None), made + len(waiting)
 
     def measure_settling(self) -> Run | None:
-        """Find how long a step at rest takes in each state in which the algorithm inserts.
-
-        Returns
-        -------
-        Run or None
-            The first run that is wrong, or unfinished after a second.
-        """
+        """Find how long a step at rest takes in each state; return the first run that is wrong, or none."""
         longest_ps, quarter_ps = 0, self.contract.quarter_ps
         first_wrong: Run | None = None
         for state, sign, direction in product(self.contract.states, (1, -1), (0, 1, -1)):
@@ -221,13 +208,6 @@ class Trials:
 
 def write_run(run: Run, file: Path) -> None:
     """Write what went in and what came out: lines, states, counts, totals, insertions, and the moment of a fault.
-
-    Parameters
-    ----------
-    run
-        Made by `Trials`.
-    file
-        One that exists is replaced once the new one is complete.
 
     Raises
     ------
