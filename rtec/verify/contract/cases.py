@@ -197,10 +197,14 @@ def jittering(trials: Trials) -> Iterator[Case]:
     rng = np.random.default_rng(2)
     for index, (share, (direction, sign)) in enumerate(product((1.0, 0.5), _SIGNS * 6)):
         plain = step_in_motion(trials, share * contract.frequency_hz, direction, sign, index * GOLDEN % 1.0)
-        edges = plain.stream.edges_ps
-        shifts = rng.uniform(0.0, contract.jitter * contract.quarter_ps, edges.size).astype(np.int64)
-        shaken = replace(plain.stream, edges_ps=edges + shifts)
-        yield replace(plain, title=f"{plain.title}, with jitter", stream=trials.settled(shaken))
+        shifts = rng.uniform(0.0, contract.jitter * contract.quarter_ps, plain.stream.edges_ps.size)
+        yield shaken(trials, plain, shifts)
+
+
+def shaken(trials: Trials, plain: Case, shifts_ps: NDArray[np.floating[Any]]) -> Case:
+    """Return a case whose edges come later by whole picoseconds."""
+    stream = replace(plain.stream, edges_ps=plain.stream.edges_ps + shifts_ps.astype(np.int64))
+    return replace(plain, title=f"{plain.title}, with jitter", stream=trials.settled(stream))
 
 
 def reversing(trials: Trials) -> Iterator[Case]:

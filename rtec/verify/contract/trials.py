@@ -72,9 +72,8 @@ class Margin:
         seen = run.judgement
         if seen.separation_ps is not None:
             before = self.separation_in
-            narrower = self.separation_ps is None or seen.separation_ps < self.separation_ps
-            shorter = before is not None and len(run.case.stream) < len(before.case.stream)
-            if narrower or (seen.separation_ps == self.separation_ps and shorter):
+            narrow = seen.separation_ps, len(run.case.stream)
+            if before is None or narrow < (self.separation_ps, len(before.case.stream)):
                 self.separation_ps, self.separation_in = seen.separation_ps, run
         if seen.pulse_ps is not None:
             self.pulse_ps = min(seen.pulse_ps, self.pulse_ps or seen.pulse_ps)
