@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,8 +36,10 @@ class Chosen:
     """Ready to be played."""
     contract: Contract
     """What is asked of it."""
-    note: Callable[[], str]
-    """Called when it was played: what there is to say about how it runs, or ""."""
+
+    def note(self) -> str:
+        """Return what there is to say about how it runs, once it was played, or nothing."""
+        return getattr(self.algorithm, "note", "")
 
 
 def choose(options: Options) -> Chosen:
@@ -73,11 +74,7 @@ def _python(options: Options, file: Path, name: str) -> Chosen:
     _refuse_others(options.runner, "Python")
     contract = _contract(options.contract)
     algorithm = PythonClass(file, name, clock_ps=options.runner.clock_ps)
-
-    def note() -> str:
-        return f"runs as plain Python, slower: {algorithm.note}" if algorithm.note else ""
-
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=note)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _verilog(options: Options) -> Chosen:
@@ -91,7 +88,7 @@ def _verilog(options: Options) -> Chosen:
         raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
     contract, pins = _contract(options.contract), Pins.read(options.runner.pins)
     algorithm = VerilogAlgorithm(Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps)
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _machine_code(options: Options) -> Chosen:
@@ -113,7 +110,7 @@ def _machine_code(options: Options) -> Chosen:
         algorithm = Firmware(bench)
     if options.contract.delay_ps is None:
         contract = replace(contract, delay_ps=max(contract.delay_ps, algorithm.delay_ps))
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=_nothing)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _built_in(options: Options) -> Chosen:
@@ -131,11 +128,7 @@ def _built_in(options: Options) -> Chosen:
         real_edges=options.runner.real_edges or RealEdges.HOLD,
     )
     contract = _contract(replace(options.contract, design=design))
-    return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract, note=_nothing)
-
-
-def _nothing() -> str:
-    return ""
+    return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract)
 
 
 def _refuse_others(options: RunnerOptions, kind: str) -> None:

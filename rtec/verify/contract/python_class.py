@@ -77,7 +77,7 @@ class PythonClass(Closing):
         self.file, self.class_name = file.resolve(), name
         self.clock_ps = (0, 1) if clock_ps is None else clock_ps
         self.note = ""
-        """Why it runs as plain Python, or "" where it is compiled; known once something was played."""
+        """That it runs as plain Python and why, or "" where it is compiled; known once something was played."""
         self._process: subprocess.Popen[bytes] | None = None
         try:
             self._start()
@@ -148,7 +148,7 @@ class PythonClass(Closing):
             self._link.send((*streams, edges.initial, stimulus.until_ps, *self.clock_ps))
         head, _, numbers = self._received().partition(b"\n")
         *sizes, first, broken_ps, reason, note = json.loads(head)
-        self.note = printable(note)
+        self.note = f"runs as plain Python, slower: {printable(note)}" if note else ""
         arrays = np.split(np.frombuffer(numbers, np.int64), np.cumsum(np.repeat(sizes, 2))[:-1])
         return response_of((*arrays, first, broken_ps, reason), self._reasons)
 

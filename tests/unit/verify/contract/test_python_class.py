@@ -133,7 +133,7 @@ def test_state_that_is_no_number_runs_as_plain_python_and_says_so(algorithm):
     """
     listing = algorithm(text, whole=True)
     assert play(listing, MOTION)[0].broken is None
-    assert listing.note == "attribute seen is no number and no list of numbers"
+    assert listing.note == "runs as plain Python, slower: attribute seen is no number and no list of numbers"
 
 
 def test_the_state_of_a_class_is_its_own_over_those_of_its_bases():
