@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -210,10 +210,7 @@ def shaken(trials: Trials, plain: Case, shifts_ps: NDArray[np.floating[Any]]) ->
 def reversing(trials: Trials) -> Iterator[Case]:
     """Yield edges and turns at every moment of an insertion, one way and over and back."""
     contract = trials.contract
-    for state, sign in product(contract.states, (1, -1)):
-        base, window = trials.at_rest(state, sign)
-        if window is None:
-            continue
+    for state, sign, base, window in _insertions(trials):
         for at_ps, direction in product(_moments(window), (1, -1)):
             if at_ps < 1:
                 continue
@@ -243,10 +240,7 @@ def turning(trials: Trials, contract: Contract, depths: Sequence[float] = (0.000
 
 def starting(trials: Trials, contract: Contract) -> Iterator[Case]:
     """Yield starts under the acceleration of a contract, with edges at every moment of an insertion at rest."""
-    for state, sign in product(contract.states, (1, -1)):
-        base, window = trials.at_rest(state, sign)
-        if window is None:
-            continue
+    for state, sign, base, window in _insertions(trials):
         for at_ps, direction, depth, which in product(_moments(window), (1, -1), (1e-4, 1.0), (0, 2)):
             edges = start(contract, direction, 12, depth=depth)
             edges[:, 0] += at_ps - edges[which, 0]
@@ -270,23 +264,24 @@ def dithering(trials: Trials) -> Iterator[Case]:
 
 def asking(trials: Trials) -> Iterator[Case]:
     """Yield requests that change at every moment of an insertion, at rest and in motion."""
-    contract = trials.contract
-    slow_hz = contract.frequency_hz / 50.0
-    for state, sign, moving in product(contract.states, (1, -1), (False, True)):
-        if moving:
-            base = step_in_motion(trials, slow_hz, 1, sign, 0.5)
-            window = trials.window(base)
-        else:
-            base, window = trials.at_rest(state, sign)
-        first_ps = int(base.stream.requests_ps[0])
-        if window is None:
-            continue
+    moving = [step_in_motion(trials, trials.contract.frequency_hz / 50.0, 1, sign, 0.5) for sign in (1, -1)]
+    in_motion = [(base, window) for base in moving if (window := trials.window(base)) is not None]
+    for base, window in chain(((base, window) for *_, base, window in _insertions(trials)), in_motion):
+        first_ps, sign = int(base.stream.requests_ps[0]), int(base.stream.totals[0])
         for at_ps, (total, what) in product(
             _moments(window)[::2], ((0, "withdrawn"), (2 * sign, "doubled"), (-sign, "turned round"))
         ):
             if at_ps > first_ps:
                 asked = base.stream.asking((first_ps, sign), (at_ps, total))
                 yield trials.case(f"{sign:+d} step, {what} during the insertion", asked)
+
+
+def _insertions(trials: Trials) -> Iterator[tuple[int, int, Case, tuple[int, int]]]:
+    """Yield state, sign, case and window of each insertion at rest."""
+    for state, sign in product(trials.contract.states, (1, -1)):
+        case, window = trials.at_rest(state, sign)
+        if window is not None:
+            yield state, sign, case, window
 
 
 def _moments(window: tuple[int, int]) -> list[int]:

@@ -98,6 +98,7 @@ class Trials:
         self.algorithm, self.contract = algorithm, contract
         self.margin = Margin()
         self.made = 0
+        self._windows: dict[tuple[int, int, int], tuple[int, int] | None] = {}
         self.watch: Callable[[], None] = lambda: None
         """Called now and then while runs are made."""
         self.settle_ps = 2 * _FIRST_LOOK_PS
@@ -177,9 +178,12 @@ class Trials:
         return self.contract.quarter_ps + self.settle_ps
 
     def at_rest(self, state: int, sign: int) -> tuple[Case, tuple[int, int] | None]:
-        """Return a step at rest, and when its insertion begins and ends; None where there is none."""
+        """Return a step at rest, and when its insertion begins and ends, measured once; None where there is none."""
         case = self.case("an insertion at rest", Stream.of(state, (), [(self.asked_ps, sign)], 1))
-        return case, self.window(case)
+        key = state, sign, self.settle_ps
+        if key not in self._windows:
+            self._windows[key] = self.window(case)
+        return case, self._windows[key]
 
     def window(self, case: Case) -> tuple[int, int] | None:
         """Return when the last insertion of a case begins and ends; None where there is none.
