@@ -38,8 +38,9 @@ def run_group(command: Sequence[str], *, folder: Path, within_s: float) -> tuple
 def begin_group(
     command: Sequence[str], *, stdin: int = subprocess.DEVNULL, stdout: IO[Any] | int, **more: Any
 ) -> subprocess.Popen[bytes]:
-    """Begin a program, without a shell; Ctrl-C is its parent's, which ends it."""
-    return subprocess.Popen(command, stdin=stdin, stdout=stdout, start_new_session=True, bufsize=0, **more)  # noqa: S603
+    """Begin a program; Ctrl-C is its parent's, which ends it."""
+    more |= {"stdin": stdin, "stdout": stdout, "start_new_session": True, "bufsize": 0}
+    return subprocess.Popen(command, **more)  # noqa: S603 - without a shell, and what the user asked to run
 
 
 def signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
