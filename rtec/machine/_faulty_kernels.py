@@ -74,7 +74,7 @@ def run_window(
             at[EDGES_DONE] = i + 1
             if board is not None:
                 board_edge(board[0], board[2], board[3], board[4], t_ps, int(levels[i]))
-            else:
+            elif s.holds != STUCK:
                 injector_edge(s, t_ps, int(levels[i]))
         see_box(m, board, t_ps, tape)
 
@@ -87,14 +87,19 @@ def hang(s: Record) -> None:
 
 
 @kernel
-def set_latch(s: Record, sticks: int, closed: int) -> None:
-    """Let the hold latch of a modelled box stick, open or closed, or work again."""
-    s.holds = 1
-    if sticks == 1:
-        s.holds = STUCK if closed == 1 else 0
-    if closed == 1 and s.holding == 0:
-        s.held = s.ab_in
-    s.holding = closed
+def set_latch(s: Record, t_ps: int, level: int, sticks: int, closed: int) -> None:
+    """Let the hold latch of a modelled box stick, open or closed, or work again; ``level`` is that of the lines.
+
+    Behind a closed latch neither gates nor processor see an edge.
+    """
+    if closed == 1:
+        s.ab_in = s.held if s.holding == 1 else s.ab_in
+        s.holds = STUCK
+        return
+    s.holds = 1 - sticks
+    s.holding = 0
+    if level != s.ab_in:
+        injector_edge(s, t_ps, level)
     drive(s)
 
 

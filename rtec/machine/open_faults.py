@@ -144,7 +144,8 @@ class _Route:
         self._at[kernels.EDGES_DONE] = self._at[kernels.ASKS_DONE] = 0
         for t_ps, fault, begins in moments:
             self._pass(edges, asks, t_ps)
-            change_box(self.state, self._box, fault.kind, t_ps, begins=begins)
+            level = edges.level_at(t_ps - 1)
+            change_box(self.state, self._box, fault.kind, t_ps, level, begins=begins)
             self._at[kernels.UNSEEN_PS] = t_ps
         until_ps = window.until_ps
         if until_ps == NEVER:
