@@ -6,6 +6,8 @@ a signal and returns the one behind the fault; ``begin`` and ``over`` are the fi
 
 from __future__ import annotations
 
+import itertools
+
 Signal = list[tuple[int, int]]
 A, B = 0, 1
 
@@ -92,7 +94,7 @@ def counted(signal: Signal) -> int:
     """Return what an ideal decoder counts: forward is A before B; a change of both lines counts nothing."""
     ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
     count = 0
-    for before, after in zip(signal, signal[1:], strict=False):
+    for before, after in itertools.pairwise(signal):
         step = (ring.index(after) - ring.index(before)) % 4
         count += {0: 0, 1: 1, 2: 0, 3: -1}[step]
     return count

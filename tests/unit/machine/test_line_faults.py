@@ -1,5 +1,7 @@
 """Faults of the lines against a model that knows every picosecond, whole and window by window."""
 
+import itertools
+
 import line_fault_oracle as oracle
 import numpy as np
 import pytest
@@ -66,7 +68,7 @@ def expected(word, signal, fault):
 
 LINES = [
     word_of(row) for row in OPEN_FAULTS
-    if row.category is FaultCategory.ENCODER and row.code != GLITCHES and row.code != PULSES
+    if row.category is FaultCategory.ENCODER and row.code not in (GLITCHES, PULSES)
 ]  # fmt: skip
 
 
@@ -84,7 +86,7 @@ def test_levels_are_those_of_the_model_at_every_picosecond(word, over_ps):
         assert signal_of(whole) == wanted
         # the same in windows, each of which ends with the next edge
         stage, cuts, parts = line_fault(fault, edges.initial), [0, 7, 8, 23, 40, len(edges)], []
-        for first, last in zip(cuts, cuts[1:], strict=False):
+        for first, last in itertools.pairwise(cuts):
             until = NEVER if last == len(edges) else int(edges.times_ps[last])
             parts.append(stage.through(edges.part(first, last), int(edges.times_ps[first]) if first else 0, until))
         assert EdgeStream.concatenate(parts) == whole
