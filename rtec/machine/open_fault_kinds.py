@@ -128,6 +128,11 @@ def word_of(row: FaultRow) -> str:
     return "-".join(row.words.lower().replace(",", " ").split())
 
 
+def place_of(row: FaultRow) -> str:
+    """Return where a fault of the open path happens: at the lines, the box or the request."""
+    return "lines" if row.code in LINE_CODES else "box" if row.code in BOX_CODES else "request"
+
+
 def open_fault_named(text: str, *, name: str = "fault") -> FaultRow:
     """Return the class of faults of the open path that a text names, with spaces or hyphens.
 

@@ -337,5 +337,6 @@ def simulate_faults(
         off_counts=result.received.count
         - path.receiver.counted(result.encoder_counts + added, path.encoder.home_state),
         good_without=right.good,
+        sound_without=right.audit and right.received.illegal_transitions == 0,
     )
     return FaultyResult(result=result, outcome=outcome)

@@ -210,6 +210,7 @@ def play_path(trials: Trials, path: OpenPath, faults: Sequence[Fault] = ()) -> P
     added = whole.completed * whole.step_counts
     outcome = FaultOutcome(
         effects=tuple(effects), noticed=whole.watched().noticed(twin.watched()), good_without=twin.good,
+        sound_without=twin.audit and twin.received.illegal_transitions == 0,
         off_counts=whole.received.count - path.receiver.counted(whole.encoder_counts + added, stream.state),
     )  # fmt: skip
     return replace(whole, outcome=outcome)

@@ -1,4 +1,4 @@
-"""Faults on the open path: what finds nothing changes nothing, what takes effect says so, and which counts are off."""
+"""Faults on the open path: what finds nothing changes nothing, what takes effect says so; which counts are off."""
 
 import dataclasses
 import itertools
