@@ -34,6 +34,19 @@ class FaultOptions(OptionGroup):
         complete=completing(OPEN_FAULTS),
     )
 
+    def refuse_box(self) -> None:
+        """Refuse faults of the box, where an algorithm takes its place.
+
+        Raises
+        ------
+        ArgumentError
+            There is one.
+        """
+        for row, _, _ in map(_read, self.fault or ()):
+            from rtec.machine.open_fault_kinds import check_beside_box
+
+            check_beside_box(row, name=_NAME)
+
     def at(self, path: OpenPath, seed: int) -> tuple[Fault, ...]:
         """Return the faults with their moments in a run; none where the user said none.
 

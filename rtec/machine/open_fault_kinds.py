@@ -183,6 +183,19 @@ def why_not(row: FaultRow, design: DesignRow, real_edges: RealEdges) -> str | No
     return None if real_edges is RealEdges.HOLD else "real edges that merge pass no hold latch"
 
 
+def check_beside_box(row: FaultRow, *, name: str = "fault") -> None:
+    """Check that a fault needs no box of a design.
+
+    Raises
+    ------
+    ArgumentError
+        It happens to the box.
+    """
+    if row.code in BOX_CODES:
+        allowed = "a fault of the lines or of a request with an algorithm"
+        raise ArgumentError(name, word_of(row), allowed, problem="is of the box of a design")
+
+
 def check_pair(rows: Sequence[FaultRow], *, name: str = "fault") -> None:
     """Check that one fault, or two different ones, are to happen.
 

@@ -273,7 +273,7 @@ def simulate_faults(
         Of `rtec.machine.open_fault_kinds.OPEN_FAULTS`, as `faults_at` returns them. Those of the lines act in this
         order, from the encoder to the box.
     vcd, seen, progress
-        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high while it is there.
+        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high from its moment to its end.
 
     Raises
     ------
@@ -300,7 +300,7 @@ def simulate_faults(
     source, total_ps = Source(path), length_ps(path)
     begun = time.perf_counter()
     with ExitStack() as stack:
-        marks = [(word_of(one.kind), one.from_ps, one.over_ps) for one in faults]
+        marks = [(word_of(one.kind), one.from_ps, one.until_ps or NEVER) for one in faults]
         initial = path.encoder.level_at_home, int(path.state().receiver.raw)
         file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial, marks))
         whole = _Route(path, effects, [sink for sink in (file, seen) if sink is not None])

@@ -174,3 +174,19 @@ def test_games_are_those_of_the_confusion_matrix():
         record = found["nothing-white-noise", played.trial]
         assert record["result"] == ("passed" if played.right else "failed")
         assert (record["outcome"], record["game_seed"]) == (played.said, str(played.seed))
+
+
+def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
+    plan = read_plan("open-faults").only(
+        ["missed-edge", "power-lost", "hold-latch-stuck-open", "phase=0.5", "c", "b"]
+    )
+    found = list(records_of(replace(plan, runs=1)).values())
+    # steady: two faults and two designs at three frequencies; reversal: these and the latch of C
+    assert len(found) == 2 * 2 * 3 * 2 + 3
+    outcomes = {(record["result"], record["outcome"], record["beyond_supervision"]) for record in found}
+    assert ("exempt", "silent corruption", "before the box") in outcomes
+    assert {one for one in outcomes if one[0] == "failed"} == set()
+    assert all(record["activated_ps"] >= record["moment_ps"] for record in found if record["activated_ps"])
+    second = records_of(replace(plan.only(["missed-edge", "c", "motion=steady"]), runs=1, grid={
+        **plan.only(["missed-edge", "c", "motion=steady"]).grid, "second": ("power-lost",)}))  # fmt: skip
+    assert all(record["second_activated_ps"] >= record["second_moment_ps"] for record in second.values())
