@@ -42,10 +42,11 @@ class FaultOptions(OptionGroup):
         ArgumentError
             There is one.
         """
-        for row, _, _ in map(_read, self.fault or ()):
+        if self.fault:
             from rtec.machine.open_fault_kinds import check_beside_box
 
-            check_beside_box(row, name=_NAME)
+            for text in self.fault:
+                check_beside_box(_read(text)[0], name=_NAME)
 
     def at(self, path: OpenPath, seed: int) -> tuple[Fault, ...]:
         """Return the faults with their moments in a run; none where the user said none.

@@ -117,7 +117,7 @@ def test_a_captured_stream_goes_through_faults(document, tmp_path):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("missed egde",), "did you mean 'missed-edge'"),
+        (("missed-edgy",), "did you mean 'missed-edge'"),
         (("masquerade@1ms",), "is a fault of the bus; use rtec safety --fault masquerade"),
         (("missed edge@10ms",), "use a moment before the run ends, at 0.01 s"),
         (("missed edge@5",), "has no unit"),

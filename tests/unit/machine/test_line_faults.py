@@ -1,6 +1,7 @@
 """Faults of the lines against a model that knows every picosecond, whole and window by window."""
 
 import itertools
+from pathlib import Path
 
 import line_fault_oracle as oracle
 import numpy as np
@@ -18,6 +19,7 @@ from rtec.machine.open_fault_kinds import (
     PULSES,
     OpenFaultRow,
     open_fault_named,
+    place_of,
     word_of,
 )
 from rtec.signal import NEVER, EdgeStream
@@ -140,3 +142,9 @@ def test_names_are_those_of_the_safety_case_and_say_where_others_belong():
     ):
         with pytest.raises(ArgumentError, match=said):
             open_fault_named(name)
+
+
+def test_the_reference_lists_the_classes_as_the_table_has_them():
+    text = (Path(__file__).parents[3] / "docs" / "reference.md").read_text(encoding="utf-8")
+    listed = [f"| `{word_of(row)}` | {place_of(row)} | {row.meaning} |" for row in OPEN_FAULTS]
+    assert "\n".join(listed) in text
