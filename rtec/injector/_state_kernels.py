@@ -11,6 +11,34 @@ lines that pass through the processor the sampling and the writing of the lines.
 STUCK = HUNG = 2
 """Of a hold latch, and of a processor, that a fault keeps from working (`rtec.machine.box_faults`)."""
 
+OWN = np.dtype(
+    [
+        # parameters
+        ("function", np.int64),  # address of an algorithm's step; 0: the design's own steps are at work
+        ("memory", np.int64),  # address of what it keeps
+        # state
+        ("fresh", np.int64),  # 1: the next call is the one at power-up
+        ("since_ps", np.int64),  # when that is, or was
+        ("calls", np.int64),  # by its own wish, since something has changed at its inputs
+        # what it is called with: a time since power-up, levels, and a total since then
+        ("t_ps", np.int64),
+        ("ab", np.int64),
+        ("requested", np.int64),
+        # what it says
+        ("levels", np.int64),
+        ("completed", np.int64),
+        ("wake_ps", np.int64),
+        ("refused", np.int64),
+        # observations
+        ("entered", np.int64),  # calls
+        ("left", np.int64),  # those that have returned
+        ("broken", np.int64),  # how it ended, in words of whoever made the function; 0: it has not
+        ("value", np.int64),  # that ended it
+    ],
+    align=True,
+)
+"""An algorithm of a user's in the place of a design's steps (`rtec.injector._own_kernels`)."""
+
 INJECTOR = np.dtype(
     [
         # parameters
@@ -63,6 +91,7 @@ INJECTOR = np.dtype(
         ("angle", np.int64),  # between them, in states
         ("ahead", np.int64),  # counts by which the controller's side went ahead of the encoder's
         ("illegal_out", np.int64),  # changes of both lines at one instant
+        ("own", OWN),
     ],
     align=True,
 )

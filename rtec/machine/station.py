@@ -100,6 +100,7 @@ class Station:
             if self._goes_home_ps is not None and self._now_ps >= self._goes_home_ps:
                 self._start_home()
             self._note_interruption()
+        self._axes.check()
         return sent
 
     @property

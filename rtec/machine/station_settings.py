@@ -11,7 +11,7 @@ from rtec.board import Microcontroller
 from rtec.checks import number_within, whole_within
 from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import BoxAlgorithm, Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
@@ -42,6 +42,9 @@ class StationSettings:
     microcontroller: Microcontroller | None = None
     """A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
     the firmware's own. None: the injector models it."""
+    algorithm: BoxAlgorithm | None = None
+    """Inserts in the place of the injector, which says how many counts a step has, and what its circuits do without
+    power; the node before it is the same."""
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
     receiver: ReceiverSettings = field(default_factory=lambda: ReceiverSettings(policy=IllegalPolicy.FAULT))
@@ -68,6 +71,8 @@ class StationSettings:
             raise ArgumentError("multiplication", self.receiver.multiplication.value, "4 (x4) in a corrected machine")
         if self.microcontroller is not None:
             check_windows(self.handshake)
+            if self.algorithm is not None:
+                raise ArgumentError("algorithm", self.algorithm.name, "no microcontroller beside it")
 
     def firmware_box(self, start_ps: int = 0) -> FirmwareBox | None:
         """Return the box where it runs its firmware, switched on before ``start_ps``."""

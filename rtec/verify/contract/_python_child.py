@@ -187,7 +187,7 @@ class Player:
             except BaseException as error:  # whatever a user's code raises; a KeyboardInterrupt here is its own
                 if self.compiled is not None and not plainly:
                     return self.play(stimulus, plainly=True)  # which knows the line
-                return self._broken(int(self.watched[2]), _where(error, self.kind))
+                return self._broken(int(self.watched[2]), where_raised(error, Path(inspect.getfile(self.kind))))
             made, booked, no, first, how, t_ps, value = (int(number) for number in ended)
             if how != FULL:
                 break
@@ -215,11 +215,10 @@ class Player:
         return none, none.astype(np.uint8), none, none, none, none, 0, t_ps, reason
 
 
-def _where(error: BaseException, kind: Any) -> str:
+def where_raised(error: BaseException, file: Path) -> str:
     """Return what a user's code raised, with file and line."""
-    file = inspect.getfile(kind)
-    rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == file]
-    place = f" in {Path(file).name}, line {rows[-1].lineno}" if rows else ""
+    rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
+    place = f" in {file.name}, line {rows[-1].lineno}" if rows else ""
     said = " ".join(str(error).split())[:160]
     return f"step raised {type(error).__name__}{f': {said}' if said else ''}{place}"
 
