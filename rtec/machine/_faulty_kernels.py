@@ -22,9 +22,9 @@ from rtec.board._board_kernels import (
     gates as board_gates,
     time_of,
 )
-from rtec.injector._insertion_kernels import cancel, drive
-from rtec.injector._kernels import injector_edge, injector_request
-from rtec.injector._state_kernels import HUNG, STUCK
+from rtec.injector._insertion_kernels import drive
+from rtec.injector._kernels import injector_edge, injector_hang, injector_request
+from rtec.injector._state_kernels import STUCK
 from rtec.machine._open_kernels import run_box_until, see_box
 from rtec.machine._recorder_kernels import has_room
 from rtec.signal._kernels import NEVER
@@ -82,8 +82,7 @@ def run_window(
 @kernel
 def hang(s: Record) -> None:
     """Let the processor of a modelled box stand still: its outputs stay."""
-    cancel(s)
-    s.powered = HUNG
+    injector_hang(s)
 
 
 @kernel
