@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from rtec.verify.contract.trials import Trials
 
 
-_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction", "seed")
-"""Options of a made stream."""
+_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction")
+"""Options of a made stream, beside the seed: faults have it, too."""
 _OF_A_DESIGN = ("timing", "glitch_probability", "glitch_ps")
 """Options that mean nothing for an algorithm, beside those of the box."""
 
@@ -217,7 +217,9 @@ def simulate(
     injector, input_ = box.settings(design, timing), ReceiverSettings(**asdict(receiver))
     capture = captured.read()
     if capture is not None:
-        refuse_made(context, (*_MADE, *(item.name for item in fields(_EncoderOptions))))
+        refuse_made(
+            context, (*_MADE, *(() if wrong.fault else ("seed",)), *(item.name for item in fields(_EncoderOptions)))
+        )
         path = on_capture(
             capture,
             injector=injector,

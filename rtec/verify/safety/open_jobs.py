@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from rtec.machine.open_fault_kinds import (
     word_of,
 )
 from rtec.machine.open_fault_outcome import NOT_ACTIVATED as WITHOUT_EFFECT, SILENT
-from rtec.machine.open_faults import simulate_faults
+from rtec.machine.open_faults import faults_at, length_ps, simulate_faults
 from rtec.machine.windows import Source
 from rtec.signal import gray
 from rtec.verify.campaign.job import (
@@ -66,20 +67,20 @@ def inject_open(parameters: Parameters, seed: int, run: int) -> Record:
     ('exempt', 'silent corruption', 4)
     """
     generator = np.random.default_rng([seed, run])
-    path = _path(parameters, generator)
+    path, own_seed = _path(parameters, generator)
     edges, moments = next(Source(path).windows()).edges, []
     for row in _wanted(parameters):
         k = int(generator.integers(len(edges) // 4, 3 * len(edges) // 4))
         from_ps, next_ps = (int(edges.times_ps[i]) for i in (k, k + 1))
-        moment_ps = from_ps + int(float(parameters["phase"] or 0.0) * (next_ps - from_ps))
-        moments.append(Fault(kind=row, place=1, from_ps=moment_ps, seed=int(generator.integers(1 << 31))))
-    found = simulate_faults(path, moments)
+        moments.append((row, from_ps + int(float(parameters["phase"] or 0.0) * (next_ps - from_ps)), None))
+    faults = faults_at(length_ps(path), moments, own_seed)
+    found = simulate_faults(path, faults)
     first, *second = found.outcome.effects
-    beyond = next((where for one in moments if (where := beyond_supervision(one.kind, path.injector.design))), None)
+    beyond = next((where for one in faults if (where := beyond_supervision(one.kind, path.injector.design))), None)
     # without the fault, too: nothing follows about the fault
     proves = found.outcome.word != WITHOUT_EFFECT and found.outcome.sound_without
     harm = proves and found.outcome.word == SILENT
-    level = edges.level_at(first.activated_ps if first.activated_ps is not None else moments[0].from_ps)
+    level = edges.level_at(first.activated_ps if first.activated_ps is not None else first.fault.from_ps)
     record: Record = {
         "result": (EXEMPT if beyond else FAILED) if harm else PASSED if proves else NOT_ACTIVATED,
         "outcome": found.outcome.word,
@@ -96,6 +97,7 @@ def inject_open(parameters: Parameters, seed: int, run: int) -> Record:
         "corrections_inserted": found.result.insertions.completed,
         "corrections_pending": found.result.pending,
         "illegal_transitions": found.result.received.illegal_transitions,
+        "waveform": _command(path, faults, parameters, own_seed),
     }
     if second:
         record |= {"second_moment_ps": second[0].fault.from_ps, "second_activated_ps": second[0].activated_ps,
@@ -129,14 +131,29 @@ def _box(parameters: Parameters) -> InjectorSettings:
     return InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD)
 
 
-def _path(parameters: Parameters, generator: np.random.Generator) -> OpenPath:
+def _path(parameters: Parameters, generator: np.random.Generator) -> tuple[OpenPath, int]:
+    """Return the run, and the seed of its motion and of its faults."""
     direction, sign = (int(way) for way in generator.choice([1, -1], 2))
     home, seed = int(generator.integers(4)), int(generator.integers(1 << 31))
     path = OpenPath(
         injector=_box(parameters), frequency_hz=float(parameters["frequency_hz"] or 0.0), cycles=_CYCLES,
-        corrections=sign * _STEPS, direction=direction, encoder=Encoder(home_state=home),
+        corrections=sign * _STEPS, direction=direction, encoder=Encoder(home_state=home, seed=seed),
     )  # fmt: skip
-    return with_motion(path, MotionKind(parameters["motion"]), seed=seed)
+    return with_motion(path, MotionKind(parameters["motion"]), seed=seed), seed
+
+
+def _command(path: OpenPath, faults: Sequence[Fault], parameters: Parameters, seed: int) -> str:
+    """Return the command that shows a job's run as waveforms."""
+    words = [
+        "rtec", "simulate", "--design", path.injector.design.key, "--timing", str(parameters["processor"]),
+        "--frequency", f"{path.frequency_hz!r}Hz", "--cycles", str(path.cycles), "--corrections", str(_STEPS),
+        "--motion", str(parameters["motion"]), "--direction", "+" if path.direction > 0 else "-",
+        "--sign", "+" if path.corrections > 0 else "-", "--home-state", str(path.encoder.home_state),
+        "--seed", str(seed),
+    ]  # fmt: skip
+    for fault in faults:
+        words += ["--fault", f"{word_of(fault.kind)}@{fault.from_ps}ps"]
+    return shlex.join([*words, "--vcd", "fault.vcd"])
 
 
 def _impossible(parameters: Parameters) -> str | None:

@@ -1,5 +1,7 @@
 """Built-in plans give what the commands of old give, field by field."""
 
+import json
+import shlex
 from dataclasses import replace
 from itertools import product
 
@@ -8,6 +10,7 @@ import pytest
 from rtec.blind.confusion import confusion
 from rtec.blind.judged import judged
 from rtec.blind.lines import the_lines
+from rtec.cli import main
 from rtec.injector import Design
 from rtec.study import builtin_study, run_study
 from rtec.study.jobs import LATHE, corrected_axis
@@ -183,7 +186,7 @@ def test_games_are_those_of_the_confusion_matrix():
         assert (record["outcome"], record["game_seed"]) == (played.said, str(played.seed))
 
 
-def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
+def test_faults_of_the_open_path_are_counted_by_what_became_of_them(capsys):
     plan = read_plan("open-faults").only(
         ["missed-edge", "power-lost", "hold-latch-stuck-open", "phase=0.5", "c", "b"]
     )
@@ -194,6 +197,15 @@ def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
     assert ("exempt", "silent corruption", "before the box") in outcomes
     assert {one for one in outcomes if one[0] == "failed"} == set()
     assert all(record["activated_ps"] >= record["moment_ps"] for record in found if record["activated_ps"])
-    second = records_of(replace(plan.only(["missed-edge", "c", "motion=steady"]), runs=1, grid={
-        **plan.only(["missed-edge", "c", "motion=steady"]).grid, "second": ("power-lost",)}))  # fmt: skip
-    assert all(record["second_activated_ps"] >= record["second_moment_ps"] for record in second.values())
+    plan = plan.only(["missed-edge", "c", "motion=steady"])
+    second = list(records_of(replace(plan, runs=1, grid={**plan.grid, "second": ("power-lost",)})).values())
+    assert all(record["second_activated_ps"] >= record["second_moment_ps"] for record in second)
+    # the command in a record shows the same run
+    for record in (second[0], next(one for one in found if "reversal" in one["waveform"])):
+        capsys.readouterr()
+        words = shlex.split(record["waveform"])
+        main([*words[1:-2], "--json"])
+        again = json.loads(capsys.readouterr().out)
+        assert (again["outcome"], again["off_counts"]) == (record["outcome"], record["off_counts"])
+        assert again["faults"][0]["activated_ps"] == record["activated_ps"]
+        assert again["faults"][0]["changes"] == record["fired"]
