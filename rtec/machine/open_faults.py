@@ -122,7 +122,7 @@ class _Route:
         self.state, self.board = path.state(), path.board()
         self._box = box_of(self.state, self.board)
         first = initial, int(self.state.receiver.raw)
-        self._kept = _Kept(first)
+        self._kept = Kept(first)
         self._tape = TraceRecorder([self._kept, *sinks], first)
         self._at = np.array([0, 0, NEVER], np.int64)
         self.counts_in, self.illegal_in = 0, 0
@@ -206,8 +206,14 @@ class _Route:
         )  # fmt: skip
 
 
-class _Kept:
-    """Rows of a tape, kept until they are taken."""
+class Kept:
+    """Rows of a tape (`rtec.injector._wave_kernels`), kept until they are taken.
+
+    Parameters
+    ----------
+    first
+        Level codes of encoder and controller at the start.
+    """
 
     done = False
 
@@ -215,9 +221,11 @@ class _Kept:
         self._rows = [np.array([[0, *first, 0, 0, 0]], np.int64)]
 
     def show(self, rows: NDArray[np.int64]) -> None:
+        """Keep rows; the first of them is the last one shown before."""
         self._rows.append(rows[1:].copy())
 
     def taken(self) -> NDArray[np.int64]:
+        """Return the rows since the last call, int64 (n, 6); the first of them held before."""
         rows = np.concatenate(self._rows)
         self._rows = [rows[-1:]]
         return rows

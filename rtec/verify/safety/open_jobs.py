@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from rtec.axis import Encoder
 from rtec.axis.motion import NAMES, MotionKind
-from rtec.injector import Design, DesignRow, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design, DesignRow, InjectorSettings, Processor, RealEdges, Timing, Totals
+from rtec.injector._wave_kernels import COMPLETED, LEVEL_IN, LEVEL_OUT, REQUESTED, TIME
 from rtec.machine import OpenPath, with_motion
 from rtec.machine.fault_kinds import FaultRow
 from rtec.machine.faults import Fault
+from rtec.machine.line_faults import stream_of
 from rtec.machine.open_fault_kinds import (
     BOX_CODES,
     LATCH,
@@ -23,9 +24,10 @@ from rtec.machine.open_fault_kinds import (
     word_of,
 )
 from rtec.machine.open_fault_outcome import NOT_ACTIVATED as WITHOUT_EFFECT, SILENT
-from rtec.machine.open_faults import faults_at, length_ps, simulate_faults
+from rtec.machine.open_faults import Kept, faults_at, length_ps, simulate_faults
 from rtec.machine.windows import Source
 from rtec.signal import gray
+from rtec.units import PS_PER_S
 from rtec.verify.campaign.job import (
     EXEMPT,
     FAILED,
@@ -37,6 +39,7 @@ from rtec.verify.campaign.job import (
     Parameters,
     Record,
 )
+from rtec.verify.campaign.trace import Trace
 
 _NONE = "none"
 _CYCLES, _STEPS = 60, 12
@@ -66,21 +69,15 @@ def inject_open(parameters: Parameters, seed: int, run: int) -> Record:
     >>> record["result"], record["outcome"], abs(record["off_counts"])
     ('exempt', 'silent corruption', 4)
     """
-    generator = np.random.default_rng([seed, run])
-    path, own_seed = _path(parameters, generator)
-    edges, moments = next(Source(path).windows()).edges, []
-    for row in _wanted(parameters):
-        k = int(generator.integers(len(edges) // 4, 3 * len(edges) // 4))
-        from_ps, next_ps = (int(edges.times_ps[i]) for i in (k, k + 1))
-        moments.append((row, from_ps + int(float(parameters["phase"] or 0.0) * (next_ps - from_ps)), None))
-    faults = faults_at(length_ps(path), moments, own_seed)
+    path, faults = _injection(parameters, seed, run)
     found = simulate_faults(path, faults)
     first, *second = found.outcome.effects
     beyond = next((where for one in faults if (where := beyond_supervision(one.kind, path.injector.design))), None)
     # without the fault, too: nothing follows about the fault
     proves = found.outcome.word != WITHOUT_EFFECT and found.outcome.sound_without
     harm = proves and found.outcome.word == SILENT
-    level = edges.level_at(first.activated_ps if first.activated_ps is not None else first.fault.from_ps)
+    moment_ps = first.fault.from_ps if first.activated_ps is None else first.activated_ps
+    level = next(Source(path).windows()).edges.level_at(moment_ps)
     record: Record = {
         "result": (EXEMPT if beyond else FAILED) if harm else PASSED if proves else NOT_ACTIVATED,
         "outcome": found.outcome.word,
@@ -97,12 +94,34 @@ def inject_open(parameters: Parameters, seed: int, run: int) -> Record:
         "corrections_inserted": found.result.insertions.completed,
         "corrections_pending": found.result.pending,
         "illegal_transitions": found.result.received.illegal_transitions,
-        "waveform": _command(path, faults, parameters, own_seed),
     }
     if second:
         record |= {"second_moment_ps": second[0].fault.from_ps, "second_activated_ps": second[0].activated_ps,
                    "second_fired": second[0].changes}  # fmt: skip
     return record
+
+
+def trace_of(parameters: Parameters, seed: int, run: int) -> Trace:
+    """Return what there is to see of a job, as `inject_open` takes it."""
+    path, faults = _injection(parameters, seed, run)
+    kept = Kept((path.encoder.level_at_home, int(path.state().receiver.raw)))
+    found = simulate_faults(path, faults, seen=kept)
+    rows = kept.taken()
+    times, last = np.unique(rows[::-1, TIME], return_index=True)  # the last row of each moment
+    rows = rows[::-1][last]
+    sides = [stream_of(times[1:], rows[1:, side], int(rows[0, side])) for side in (LEVEL_IN, LEVEL_OUT)]
+    totals = [
+        Totals(times[1:][changed], rows[1:, which][changed])
+        for which in (REQUESTED, COMPLETED)
+        for changed in [np.diff(rows[:, which]) != 0]
+    ]
+    marks = [(one.activated_ps, word_of(one.fault.kind)) for one in found.outcome.effects if one.activated_ps]
+    return Trace(
+        title=", ".join(str(parameters[name]) for name in ("design", "processor", "motion", "fault")),
+        encoder=sides[0], controller=sides[1], requested=totals[0], completed=totals[1],
+        until_ps=round(found.result.simulated_s * PS_PER_S),
+        marks=tuple(marks) or ((faults[0].from_ps, word_of(faults[0].kind)),),
+    )  # fmt: skip
 
 
 def beyond_supervision(row: FaultRow, design: DesignRow) -> str | None:
@@ -131,6 +150,18 @@ def _box(parameters: Parameters) -> InjectorSettings:
     return InjectorSettings(design=design, timing=timing, real_edges=RealEdges.HOLD)
 
 
+def _injection(parameters: Parameters, seed: int, run: int) -> tuple[OpenPath, tuple[Fault, ...]]:
+    """Return what a job runs and injects."""
+    generator = np.random.default_rng([seed, run])
+    path, own_seed = _path(parameters, generator)
+    edges, moments = next(Source(path).windows()).edges, []
+    for row in _wanted(parameters):
+        k = int(generator.integers(len(edges) // 4, 3 * len(edges) // 4))
+        from_ps, next_ps = (int(edges.times_ps[i]) for i in (k, k + 1))
+        moments.append((row, from_ps + int(float(parameters["phase"] or 0.0) * (next_ps - from_ps)), None))
+    return path, faults_at(length_ps(path), moments, own_seed)
+
+
 def _path(parameters: Parameters, generator: np.random.Generator) -> tuple[OpenPath, int]:
     """Return the run, and the seed of its motion and of its faults."""
     direction, sign = (int(way) for way in generator.choice([1, -1], 2))
@@ -140,20 +171,6 @@ def _path(parameters: Parameters, generator: np.random.Generator) -> tuple[OpenP
         corrections=sign * _STEPS, direction=direction, encoder=Encoder(home_state=home, seed=seed),
     )  # fmt: skip
     return with_motion(path, MotionKind(parameters["motion"]), seed=seed), seed
-
-
-def _command(path: OpenPath, faults: Sequence[Fault], parameters: Parameters, seed: int) -> str:
-    """Return the command that shows a job's run as waveforms."""
-    words = [
-        "rtec", "simulate", "--design", path.injector.design.key, "--timing", str(parameters["processor"]),
-        "--frequency", f"{path.frequency_hz!r}Hz", "--cycles", str(path.cycles), "--corrections", str(_STEPS),
-        "--motion", str(parameters["motion"]), "--direction", "+" if path.direction > 0 else "-",
-        "--sign", "+" if path.corrections > 0 else "-", "--home-state", str(path.encoder.home_state),
-        "--seed", str(seed),
-    ]  # fmt: skip
-    for fault in faults:
-        words += ["--fault", f"{word_of(fault.kind)}@{fault.from_ps}ps"]
-    return shlex.join([*words, "--vcd", "fault.vcd"])
 
 
 def _impossible(parameters: Parameters) -> str | None:
@@ -185,6 +202,7 @@ OPEN_FAULT = JobKind(
         Number(name="phase", low=0.0, high=1.0, default=0.5),
     ),
     by=("fault", "design"),
+    trace=f"{__name__}:trace_of",
     proves=("fault", "design"),
     impossible=_impossible,
 )

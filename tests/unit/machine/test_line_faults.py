@@ -96,6 +96,15 @@ def test_levels_are_those_of_the_model_at_every_picosecond(word, over_ps):
         assert differences(edges, whole)[0] == (changed[0] if changed else None)
 
 
+def test_a_pulse_that_ends_with_a_window_is_one_change_with_the_next_edge():
+    row = OpenFaultRow("p", PULSES, FaultCategory.ENCODER, ActivatedBy.CABLE, "", line=1, number=1, lasts_ps=(40, 40))
+    edges, fault = EdgeStream([10, 20, 60], [1, 3, 2], 0), Fault(kind=row, place=1, from_ps=20)
+    stage = line_fault(fault, 0)
+    parts = [stage.through(edges.part(0, 2), 0, 60), stage.through(edges.part(2, 3), 60, NEVER)]
+    # A falls with the edge at 60 and the pulse is over: it stays low
+    assert EdgeStream.concatenate(parts) == EdgeStream([10, 20], [1, 2], 0)
+
+
 def test_glitches_follow_edges_one_at_a_time():
     row = FaultRow("g", GLITCHES, FaultCategory.ENCODER, ActivatedBy.GLITCHES, "", glitches=(0.25, 40))
     edges = EdgeStream.from_states(np.arange(1, 4001) * 100, np.arange(1, 4001) % 4, 0)
