@@ -213,6 +213,8 @@ class PhaseJob:
         twin = twin_of(phase, design, seed, self.plan.algorithm)
         trials = []
         for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
+            if variant in self.plan.variants and impossible(variant, phase, design) != impossible(variant, phase):
+                continue  # the design has no such part
             if variant in self.plan.variants:
                 fault = variant.fault(phase, moment_ps, bits)
                 cell = new_cell(phase, design, seed, faults=(fault,), algorithm=self.plan.algorithm)
