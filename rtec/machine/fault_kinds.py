@@ -70,7 +70,8 @@ NO_GLITCHES = 0.0, 0
 class FaultRow:
     """What is known of a class of faults.
 
-    Those of rtec are the members of `FaultKind`. Lines that go wrong in another way are a row of one's own, which a
+    Those of a cell are the members of `FaultKind`; the open path has some more
+    (`rtec.machine.open_fault_kinds`). Lines that go wrong in another way are a row of one's own, which a
     `Fault` takes as well.
 
     Raises

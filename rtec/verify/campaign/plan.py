@@ -17,7 +17,7 @@ from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io import Section, parse_toml, read_text
 from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
 
-BUILT_IN = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+BUILT_IN = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans that come with rtec, each a file of this folder."""
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
