@@ -13,6 +13,7 @@ from typing import Any
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, meant, unknown
 from rtec.units import parse_in
+from rtec.verify.campaign.own_files import OwnFile
 
 Value = int | float | str | None
 Parameters = Mapping[str, Value]
@@ -188,7 +189,7 @@ class Number:
         return number_within(where, given, self.low, self.high)
 
 
-Parameter = Choice | Number
+Parameter = Choice | Number | OwnFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
