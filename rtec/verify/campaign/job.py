@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -70,7 +72,8 @@ class Job:
     def carry_out(self) -> Record:
         """Carry it out."""
         function: Callable[[Parameters, int, int], Record] = _at(self.function)
-        return function(self.parameters, self.seed, self.run)
+        with redirect_stdout(sys.stderr):  # what a user's algorithm prints is no result
+            return function(self.parameters, self.seed, self.run)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

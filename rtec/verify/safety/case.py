@@ -9,10 +9,11 @@ from statistics import median
 
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.station_settings import InBox
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Matrix, MatrixPlan, Outcome, Trial, is_wrong, run_matrix
-from rtec.verify.safety.monitor import InBox, Stopper, sinusoidal_table
+from rtec.verify.safety.monitor import Stopper, sinusoidal_table
 from rtec.verify.safety.phases import END_PS, Phase, new_cell
 from rtec.verify.safety.soak import Episode, Soak, SoakPlan, run_soak
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 from rtec.board import Microcontroller
 from rtec.injector import Design
 from rtec.machine.fault_kinds import FaultPlace
+from rtec.machine.station_settings import InBox
 from rtec.verify.campaign.job import (
     EXEMPT,
     FAILED,
@@ -23,7 +24,6 @@ from rtec.verify.campaign.job import (
 from rtec.verify.campaign.own_files import NONE, OwnFile, unpacked
 from rtec.verify.contract.in_box import PythonInBox
 from rtec.verify.safety.matrix import Outcome, Trial, judged, moments
-from rtec.verify.safety.monitor import InBox
 from rtec.verify.safety.phases import Phase, Twin, hyphened, new_cell, run_through, twin_of
 from rtec.verify.safety.soak import Episode, EpisodeJob, SoakPlan
 from rtec.verify.safety.threats import THREATS

@@ -12,8 +12,9 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_MS, PS_PER_S
-from rtec.verify.safety.monitor import InBox, MonitoredAxis, MonitoredCell, Stopper
+from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
 from rtec.verify.safety.phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.verify.safety.variants import VARIANTS, Variant, impossible
 

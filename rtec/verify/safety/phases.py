@@ -11,10 +11,11 @@ from rtec.axis.command import Move
 from rtec.errors import unknown
 from rtec.injector import Design
 from rtec.machine.faults import Fault
+from rtec.machine.station_settings import InBox
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS
-from rtec.verify.safety.monitor import SLICE_PS, InBox, MonitoredCell, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import SLICE_PS, MonitoredCell, sinusoidal_table, station_settings
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS
