@@ -25,7 +25,7 @@ from rtec.injector._insertion_kernels import (
     write,
 )
 from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, LETTING_GO, SAMPLING, WRITING
+from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, LETTING_GO, SAMPLING, STUCK, WRITING
 from rtec.signal._kernels import NEVER
 
 
@@ -86,7 +86,7 @@ def injector_fire(s: Record) -> None:
     elif s.phase == WRITING:
         write(s, t_ps)
     elif s.phase == LETTING_GO:
-        s.holding = 0
+        s.holding = 1 if s.holds == STUCK else 0
         cancel(s)
         drive(s)
         arm_at_rest(s, t_ps)

@@ -8,6 +8,9 @@ IDLE, ARMED, INSERTING, LETTING_GO, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
 """What the next event of the box is: none, start of an insertion, its next change, end of holding, and for
 lines that pass through the processor the sampling and the writing of the lines."""
 
+STUCK = HUNG = 2
+"""Of a hold latch, and of a processor, that a fault keeps from working."""
+
 OWN = np.dtype(
     [
         # parameters
@@ -51,11 +54,11 @@ INJECTOR = np.dtype(
         ("latency_ps", np.int64),  # Design B: from sampling the lines to writing them
         ("gate_ps", np.int64),  # least interval that the speed gate lets through (0: no gate)
         ("rest_ps", np.int64),  # without an edge for so long the axis counts as at rest
-        ("holds", np.int64),  # 1: real transitions are held back during an insertion
+        ("holds", np.int64),  # 1: real transitions are held back during an insertion; STUCK: the latch stays as it is
         ("releases", np.int64),  # Design C, loss of power: 1 drops the inverters, 0 latches them
         # state
         ("enabled", np.int64),
-        ("powered", np.int64),
+        ("powered", np.int64),  # 0, 1, or HUNG: the outputs stay as they are, nothing is read or begun
         ("phase", np.int64),
         ("next_ps", np.int64),
         ("recognised_ps", np.int64),

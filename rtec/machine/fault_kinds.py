@@ -39,6 +39,7 @@ class FaultCategory(enum.Enum):
     ENCODER = "the lines before the box"
     """Box and controller see the same wrong lines."""
     OPERATOR = "switch and probe"
+    BOX = "the box's own circuits"
 
 
 class ActivatedBy(enum.IntEnum):
@@ -54,6 +55,8 @@ class ActivatedBy(enum.IntEnum):
     """Position words that were not the right ones."""
     GLITCHES = _bus.GLITCHES_MADE
     """Glitches on the lines."""
+    TWIN = _bus.TWIN_DIFFERS
+    """Moments at which lines or completed total differed from those of the run without it; in the open path alone."""
 
 
 _F, _A = FaultCategory, ActivatedBy

@@ -114,7 +114,18 @@ class Fault:
         return f"{self.kind.words} from {self.from_ps / PS_PER_S:g} s{ends}{waits}"
 
     def fill(self, record: Record) -> None:
-        """Write the fault into a kernel's record."""
+        """Write the fault into a kernel's record.
+
+        Raises
+        ------
+        ArgumentError
+            A fault that only the open path has.
+        """
+        if _fault_kernels.FIRST_OPEN <= self.kind.code <= _fault_kernels.LAST_OPEN:
+            raise ArgumentError(
+                "kind", repr(self.kind.words), "a fault of a cell, or rtec simulate --fault",
+                problem="is a fault of the open path alone",
+            )  # fmt: skip
         record.kind = self.kind.code
         record.place = _bus.ANY if self.place is None else self.place
         if self.kind.place is FaultPlace.PC:

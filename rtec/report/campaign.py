@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rtec.io import write_text
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.report.appearance import printable
+from rtec.report.campaign_coverage import coverage_csv, coverage_values
 from rtec.report.campaign_tally import Cell, Group, Tally, residual, tallied
 from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_campaign import campaign_figure, words_of, worst_of
+from rtec.report.figures_job import job_figure
 from rtec.report.folder import file_name
 from rtec.report.page_folder import write_page_folder
 from rtec.report.rendering import html_page
@@ -20,6 +23,7 @@ from rtec.verify.campaign.export import again_of, write_csv, write_junit
 from rtec.verify.campaign.job import FAILED, Parameters, Value
 from rtec.verify.campaign.run import Campaign, Counts
 from rtec.verify.campaign.store import Done, Store
+from rtec.verify.campaign.trace import Trace, trace_of
 
 JOBS = "jobs"
 """Folder of the jobs' pages, and the name of their tables."""
@@ -62,14 +66,21 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
         The page.
     """
     tally = tallied(campaign.plan, store, addresses)
-    report = _Report(campaign, tally, store, again)
+    traces = _traces(campaign, tally)
+    report = _Report(campaign, tally, store, again, traces.keys())
     plate = Plate("map", "Every combination", report.caption, lambda: campaign_figure(tally, report.link))
     figures = drawn([plate])
 
     def beside(new: Path) -> None:
         (new / JOBS).mkdir()
+        for address, trace in traces.items():
+            for figure in drawn([Plate(address, trace.title, "", partial(job_figure, trace))]):
+                (new / JOBS / f"{address}.svg").write_bytes(figure.svg)
+            trace.write_vcd(new / JOBS / f"{address}.vcd")
         for page, text in report.job_pages():
             write_text(new / page, text)
+        if campaign.coverage is not None:
+            write_text(new / "coverage.csv", coverage_csv(campaign.coverage))
         write_csv(new / f"{JOBS}.csv", lambda: store.records(addresses), again, campaign.plan)
         write_junit(new / f"{JOBS}.xml", lambda: store.records(addresses), again, campaign.plan)
 
@@ -84,8 +95,8 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
 class _Report:
     """What the pages of a campaign say."""
 
-    def __init__(self, campaign: Campaign, tally: Tally, store: Store, again: str) -> None:
-        self.campaign, self.tally, self._store, self._again = campaign, tally, store, again
+    def __init__(self, campaign: Campaign, tally: Tally, store: Store, again: str, pictures: Collection[str]) -> None:
+        self.campaign, self.tally, self._store, self._again, self._pictures = campaign, tally, store, again, pictures
         rows = tally.rows.values
         self._pages = {
             row: f"{JOBS}/{k + 1:03d}-{file_name(words_of(row) or 'all')}.html" for k, row in enumerate(rows)
@@ -159,7 +170,7 @@ class _Report:
                 for one in campaign.sensitivity
             ],
             "definitions": DEFINITIONS,
-        }  # fmt: skip
+        } | coverage_values(campaign.coverage)  # fmt: skip
 
     def _facts(self) -> list[tuple[str, str]]:
         campaign, plan = self.campaign, self.campaign.plan
@@ -196,7 +207,8 @@ class _Report:
             ]
             if cells:
                 plan, title = printable(self.campaign.plan.name), words_of(row) or "all"
-                yield page, html_page("campaign_jobs.html.j2", (), plan=plan, title=title, cells=cells)
+                values = {"plan": plan, "title": title, "cells": cells, "traced": bool(self.campaign.plan.kind.trace)}
+                yield page, html_page("campaign_jobs.html.j2", (), **values)
 
     def _shown(self, cell: Cell) -> list[dict[str, object]]:
         failed, others = list[dict[str, object]](), list[dict[str, object]]()
@@ -215,7 +227,14 @@ class _Report:
             "result": result if outcome in (None, result) else f"{result}: {outcome}",
             "record": _record(done),
             "again": again_of(done, self._again),
+            "picture": done.address in self._pictures,
         }
+
+
+def _traces(campaign: Campaign, tally: Tally) -> dict[str, Trace]:
+    """Return what there is to see of the jobs that are worth a picture, by their addresses."""
+    found = {done.address: trace_of(campaign.plan.kind, done.job) for done in tally.shown}
+    return {address: trace for address, trace in found.items() if trace is not None}
 
 
 _RATE_HEADS = ("tried", "failed", "exempt", "no effect", "rate", "Wilson", "Clopper-Pearson", "outcomes")

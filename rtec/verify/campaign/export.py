@@ -13,6 +13,7 @@ from typing import Any
 
 from rtec.errors import RtecError
 from rtec.io import write_lines
+from rtec.verify.campaign.code import code_of
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, Value
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.store import Done
@@ -31,6 +32,8 @@ def _row(done: Done, again: str, plan: Plan) -> dict[str, Value]:
     """Return a record with all that is needed to repeat its job."""
     return {
         "job": done.address,
+        "plan": plan.name,
+        "version": code_of(done.job.function),
         "requirement": " ".join(plan.requirement_ids(done.job.parameters)),
         **done.job.parameters,
         "seed": done.job.seed,

@@ -40,7 +40,8 @@ JOB_KINDS = {
 
 
 @cache
-def _at(place: str) -> Any:
+def named_at(place: str) -> Any:
+    """Return what ``package.module:name`` names."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
@@ -71,7 +72,7 @@ class Job:
 
     def carry_out(self) -> Record:
         """Carry it out."""
-        function: Callable[[Parameters, int, int], Record] = _at(self.function)
+        function: Callable[[Parameters, int, int], Record] = named_at(self.function)
         with redirect_stdout(sys.stderr):  # what a user's algorithm prints is no result
             return function(self.parameters, self.seed, self.run)
 
@@ -206,10 +207,17 @@ class JobKind:
     parameters: tuple[Parameter, ...]
     by: tuple[str, ...]
     """Parameters by which the records are counted where a plan does not say."""
+    trace: str = ""
+    """``package.module:name`` of what returns a job's `rtec.verify.campaign.trace.Trace`, called as its function is;
+    empty where there are no lines to be seen."""
     proves: tuple[str, ...] = ()
     """For each combination of these at least one job has to be activated, or there is a hole in the evidence."""
     impossible: Callable[[Parameters], str | None] = lambda parameters: None
     """Returns why a job with these parameters cannot prove anything; None: it can."""
+    observed: tuple[Choice, ...] = ()
+    """Words of the record that count as dimensions of the coverage, beside the parameters."""
+    unreachable: Callable[[Parameters], str | None] = lambda parameters: None
+    """Returns why no job takes effect with these parameters and observed words; None: one can."""
 
     def parameter(self, key: str) -> Parameter | None:
         """Return the parameter that a plan's key or a job's name stands for."""
@@ -228,7 +236,7 @@ def job_kind(word: str, where: str) -> JobKind:
     if ":" not in place:
         raise unknown(where, word[:60], JOB_KINDS, noun="kind of job")
     try:
-        kind = _at(place)
+        kind = named_at(place)
     except (ImportError, AttributeError, ValueError) as error:
         raise ArgumentError(where, repr(word[:60]), "package.module:NAME of a JobKind", str(error)) from error
     if not isinstance(kind, JobKind):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.verify.campaign.code import code_of
+from rtec.verify.campaign.coverage import Coverage
 from rtec.verify.campaign.executors import Batch, Carried, Executor, Raised
 from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Job, Value
 from rtec.verify.campaign.own_files import texts_of
@@ -88,6 +89,8 @@ class Campaign:
     """That all jobs took together, whenever they were run."""
     sensitivity: tuple[SobolIndex, ...] = ()
     """Where the plan draws for them."""
+    coverage: Coverage | None = None
+    """Of jobs that observe something."""
 
     @property
     def by(self) -> list[str]:
@@ -121,6 +124,7 @@ class Campaign:
             ],
             "total": counts.to_dict(),
             "sensitivity": [index.to_dict() for index in self.sensitivity],
+            "coverage": None if self.coverage is None else self.coverage.to_dict(),
             "holes": [dict(hole) for hole in self.holes],
             "failing": [
                 {
@@ -234,9 +238,12 @@ def counted(plan: Plan, code: str, store: Store, addresses: list[str], raised: l
     names = [one.name for key in plan.by if (one := plan.kind.parameter(key)) is not None]
     counts, rows, failing, seconds = Counts(), dict[tuple[Value, ...], Counts](), list[Done](), 0.0
     proved: dict[tuple[Value, ...], bool] = {}
+    coverage = Coverage(plan) if plan.kind.observed else None
     for done in store.records(addresses):
         parameters = done.job.parameters
         counts.take(done)
+        if coverage is not None:
+            coverage.take(done)
         rows.setdefault(tuple(parameters[name] for name in names), Counts()).take(done)
         to_prove = tuple(parameters[name] for name in plan.kind.proves)
         proved[to_prove] = proved.get(to_prove, False) or done.record["result"] != NOT_ACTIVATED
@@ -246,7 +253,7 @@ def counted(plan: Plan, code: str, store: Store, addresses: list[str], raised: l
     holes = [dict(zip(plan.kind.proves, values, strict=True)) for values, some in proved.items() if not some]
     return Campaign(
         plan=plan, code=code, jobs=len(addresses), counts=counts, rows=rows, holes=tuple(holes),
-        failing=tuple(failing), raised=tuple(raised), seconds=seconds,
+        failing=tuple(failing), raised=tuple(raised), seconds=seconds, coverage=coverage,
         sensitivity=tuple(sensitivity(plan, store.records(addresses))) if plan.sobol else (),
     )  # fmt: skip
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from rtec.board import Microcontroller
 from rtec.injector import Design
 from rtec.machine.fault_kinds import FaultPlace
+from rtec.machine.faults import Fault
 from rtec.machine.station_settings import InBox
+from rtec.units import PS_PER_S
 from rtec.verify.campaign.job import (
     EXEMPT,
     FAILED,
@@ -24,10 +26,10 @@ from rtec.verify.campaign.job import (
 from rtec.verify.campaign.own_files import NONE, OwnFile, unpacked
 from rtec.verify.contract.in_box import PythonInBox
 from rtec.verify.safety.matrix import Outcome, Trial, judged, moments
-from rtec.verify.safety.phases import Phase, Twin, hyphened, new_cell, run_through, twin_of
+from rtec.verify.safety.phases import Phase, Twin, first_effect, hyphened, new_cell, run_through, twin_of
 from rtec.verify.safety.soak import Episode, EpisodeJob, SoakPlan
 from rtec.verify.safety.threats import THREATS
-from rtec.verify.safety.variants import VARIANTS, Variant, impossible
+from rtec.verify.safety.variants import VARIANTS, Variant, impossible, unreachable
 
 
 def _word(variant: Variant) -> str:
@@ -78,29 +80,63 @@ def inject(parameters: Parameters, seed: int, run: int) -> Record:
     --------
     >>> words = {"design": "c", "phase": "cutting", "fault": "pc-killed", "second": "none"}
     >>> record = inject(words, seed=1, run=0)
-    >>> record["result"], record["outcome"], record["stopped_by"]
-    ('passed', 'safe stop', 'box')
+    >>> record["result"], record["outcome"], record["stopped_by"], record["direction"]
+    ('passed', 'safe stop', 'box', 'positive')
     """
+    injection = injection_of(parameters, seed, run)
+    phase, design, both = injection.phase, injection.design, injection.variants
+    cell = new_cell(phase, design, run, faults=injection.faults, algorithm=injection.algorithm)
+    run_through(cell, phase)
+    trial = judged(both[0], phase, design, run, cell, injection.twin.cell)
+    fired = cell.fired
+    then, *second = (first_effect(cell, phase, one) for one in fired)
+    record = trial_record(trial) | {
+        "moment_ps": injection.faults[0].from_ps,
+        "activated_ps": None if then is None else then.at_ps,
+        "state": None if then is None else then.state,
+        "direction": None if then is None else then.direction,
+    }
+    if not second:
+        return record
+    beyond = next((where for one in both if (where := one.beyond_supervision(design)) is not None), None)
+    result = _result(trial.outcome, beyond, activated=all(one.times > 0 for one in fired))
+    return record | {
+        "result": result if trial.sound else FAILED,
+        "beyond_supervision": beyond,
+        "second_fired": fired[1].times,
+        "second_moment_ps": injection.faults[1].from_ps,
+        "second_activated_ps": None if second[0] is None else second[0].at_ps,
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Injection:
+    """What a job injects."""
+
+    design: Design
+    phase: Phase
+    run: int
+    """``design``, ``phase``, ``run``: where, with the moves of which run."""
+    variants: tuple[Variant, ...]
+    faults: tuple[Fault, ...]
+    """``variants``, ``faults``: one or two, at their moments."""
+    algorithm: InBox | None
+    """In the boxes, in the place of the design."""
+    twin: Twin
+    """The run without them."""
+
+
+def injection_of(parameters: Parameters, seed: int, run: int) -> Injection:
+    """Return what a job with these parameters injects, as `inject` takes them."""
     design, phase = Design.named(str(parameters["design"])), _PHASES[str(parameters["phase"])]
     algorithm = parameters.get("algorithm")
     twin = _twin(phase, design, run, algorithm)
     drawn = moments(seed, twin, phase, design, run)
-    both = [_VARIANTS[word] for name in ("fault", "second") if (word := str(parameters[name])) != NONE]
+    both = tuple(_VARIANTS[word] for name in ("fault", "second") if (word := str(parameters[name])) != NONE)
     faults = tuple(variant.fault(phase, *drawn[variant]) for variant in both)
-    cell = new_cell(phase, design, run, faults=faults, algorithm=_in_box(algorithm))
-    run_through(cell, phase)
-    trial = judged(both[0], phase, design, run, cell, twin.cell)
-    record = trial_record(trial) | {"moment_ps": drawn[both[0]][0]}
-    if len(both) == 1:
-        return record
-    beyond = next((where for one in both if (where := one.beyond_supervision(design)) is not None), None)
-    activated = all(one.times > 0 for one in cell.fired)
-    return record | {
-        "result": _result(trial.outcome, beyond, activated=activated) if trial.sound else FAILED,
-        "beyond_supervision": beyond,
-        "second_fired": cell.fired[1].times,
-        "second_moment_ps": drawn[both[1]][0],
-    }
+    return Injection(
+        design=design, phase=phase, run=run, variants=both, faults=faults, algorithm=_in_box(algorithm), twin=twin
+    )
 
 
 def _result(outcome: Outcome, beyond: str | None, *, activated: bool) -> str:
@@ -120,6 +156,9 @@ def trial_record(trial: Trial) -> Record:
         "stopped_by": trial.stopped_by.name.lower(),
         "reason": trial.reason,
         "detected_s": trial.detected_s,
+        "detected_ps": trial.detected_ps,
+        "encoder_counts": trial.encoder_counts,
+        "controller_counts": trial.controller_counts,
         "off_counts": trial.off_counts,
         "left_counts": trial.left_counts,
         "drift_counts": trial.drift_counts,
@@ -151,7 +190,8 @@ def episode_record(episode: Episode) -> Record:
         "outcome": episode.outcome.value,
         "beyond_supervision": beyond,
         "faults": ", ".join(
-            f"{_word(one.variant)} at axis {one.axis} during {one.phase.value}" for one in episode.injected
+            f"{_word(one.variant)} at axis {one.axis} during {one.phase.value} at {one.activated_ps / PS_PER_S:.3f} s"
+            for one in episode.injected
         ),
         "without_effect": ", ".join(map(_word, episode.unfired)),
         "wrong": episode.wrong,
@@ -183,6 +223,13 @@ def _impossible(parameters: Parameters) -> str | None:
     return impossible(first, phase) or impossible(second, phase)
 
 
+def _unreachable(parameters: Parameters) -> str | None:
+    """Return why the first fault cannot take effect first in a state of the axis and a direction."""
+    variant, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
+    design, state = Design.named(str(parameters["design"])), int(str(parameters["state"]))
+    return unreachable(variant, phase, design, state, str(parameters["direction"]))
+
+
 FAULT = JobKind(
     does="A fault, or two, are injected in a phase of operation, and the controller's counts compared in the end.",
     function=f"{__name__}:inject",
@@ -194,8 +241,14 @@ FAULT = JobKind(
         _ALGORITHM,
     ),
     by=("fault",),
+    trace="rtec.verify.safety.trace:trace_of",
     proves=("fault", "phase"),  # of pairs, many a first fault stops the machine before the second can act
     impossible=_impossible,
+    observed=(
+        Choice(name="state", words=("1", "2", "3", "4")),
+        Choice(name="direction", words=("positive", "negative", "rest")),
+    ),
+    unreachable=_unreachable,
 )
 EPISODE = JobKind(
     does="Three axes cut with random faults of every class, until their programs end or the machine is held.",

@@ -56,7 +56,12 @@ class Trial:
     reason: str
     """``stopped_by``, ``reason``: who stopped the machine, and why; in words."""
     detected_s: float | None
-    """From the first effect to the stop; None: not stopped, or before the axis was let go."""
+    detected_ps: int | None
+    """``detected_s``, ``detected_ps``: the stop, from the first effect and from the start; None: not stopped, or
+    before the axis was let go."""
+    encoder_counts: int
+    controller_counts: int
+    """``encoder_counts``, ``controller_counts``: in the end, of the axis that is off most, else of axis 1."""
     off_counts: float
     """Largest difference between a controller and the healthy prediction until the end or the stop, beyond that of
     the fault-free run."""
@@ -249,10 +254,12 @@ def judged(
         outcome = Outcome.DELAYED
     else:
         outcome = Outcome.TOLERATED
+    worst = max(axes, key=lambda axis: abs(axis.off_counts))
     return Trial(
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
-        stopped_by=stop.by, reason=stop.reason, detected_s=stop.detected_s, off_counts=off,
-        left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
+        stopped_by=stop.by, reason=stop.reason, detected_s=stop.detected_s, detected_ps=stop.at_ps,
+        encoder_counts=worst.encoder_counts, controller_counts=worst.controller_counts, off_counts=off,
+        left_counts=worst.off_counts, late_s=late_s,
         drift_counts=max((axis.drift_counts for axis in axes), key=abs),
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)

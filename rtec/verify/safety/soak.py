@@ -86,6 +86,8 @@ class Injected:
     phase: Phase
     axis: int
     """``variant``, ``phase``, ``axis``: what, and during what, where."""
+    activated_ps: int
+    """When it first took effect; of lines and word within 5 ms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -308,12 +310,11 @@ def _concluded(cell: MonitoredCell, design: Design, number: int, drawn: Drawn, p
     injected, unfired = [], []
     last_ps = None
     for (variant, axis, _), phase, activation in zip(drawn, phases, cell.fired, strict=False):
-        if activation.times == 0:
+        if activation.first_ps is None:
             unfired.append(variant)
             continue
-        injected.append(Injected(variant=variant, phase=phase, axis=axis))
-        if activation.first_ps is not None:
-            last_ps = max(last_ps or 0, activation.first_ps)
+        injected.append(Injected(variant=variant, phase=phase, axis=axis, activated_ps=activation.first_ps))
+        last_ps = max(last_ps or 0, activation.first_ps)
     stop, wrong = cell.stop(last_ps), ""
     outcome = Outcome.SAFE_STOP
     if stop.by is Stopper.NOBODY:

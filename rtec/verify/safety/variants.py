@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rtec.errors import ArgumentError, meant
 from rtec.injector import Design
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
-from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
+from rtec.machine.fault_kinds import ActivatedBy, FaultCategory, FaultKind, FaultPlace, FaultRow
 from rtec.machine.faults import PC_NODE, Fault, Trigger
 from rtec.units import PS_PER_MS
 from rtec.verify.safety.phases import Phase, hyphened
@@ -213,3 +214,65 @@ def impossible(variant: Variant, phase: Phase) -> str | None:
     if variant.kind is _K.LINES_SWAPPED and phase is Phase.START_UP:
         return "at home both lines say the same, swapped or not"
     return None
+
+
+def unreachable(variant: Variant, phase: Phase, design: Design, state: int, direction: str) -> str | None:
+    """Return why a fault's first effect cannot meet axis 1 in a Gray state, 1 to 4, and a direction; None: it can.
+
+    Examples
+    --------
+    >>> swapped = variants_named("A and B swapped, for good")[0]
+    >>> unreachable(swapped, Phase.CUTTING, Design.C, 1, "positive")
+    'A and B say the same in states 1 and 3, swapped or not'
+    """
+    kind = variant.kind
+    later = _LATER.get(phase, ()) if kind.activated_by in _WAITS_FOR_EDGES else ()
+    if phase is Phase.LARGE and kind.activated_by is ActivatedBy.FRAMES:
+        later = ("negative",)  # the next frame comes up to 10 ms later, and the axis begins to move
+    if direction not in (*_DURING[phase], *later):
+        return f"the axis does not move so in the phase {phase.value}" if direction != "rest" else _NO_REST
+    if direction == "rest" and phase is Phase.START_UP and state != 1:
+        return "the axis stands at home, in state 1"
+    if direction == "rest" and kind.activated_by in (ActivatedBy.WORD, ActivatedBy.GLITCHES):
+        return "of an axis at rest there is neither an old word that is wrong nor an edge"
+    if phase is Phase.INSERTION and kind.place is FaultPlace.AXIS:  # it begins with an insertion
+        return f"{design.title} inserts in state 1 only" if design.one_state and state != 1 else None
+    return _LINES[kind](state, direction) if kind in _LINES else None
+
+
+_NO_REST = "the axis does not rest in this phase"
+_WAITS_FOR_EDGES = (ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.CABLE)
+_DURING = {
+    Phase.START_UP: ("rest",),
+    Phase.AT_REST: ("rest",),
+    Phase.CUTTING: ("positive",),
+    Phase.RAPID: ("positive",),
+    Phase.REVERSAL: ("positive", "negative"),
+    Phase.INSERTION: ("positive",),
+    Phase.PROBING: ("positive",),
+    Phase.LARGE: ("rest",),
+}
+"""How axis 1 moves while faults are injected."""
+_LATER = {
+    Phase.START_UP: ("positive",),
+    Phase.AT_REST: ("positive",),
+    Phase.LARGE: ("negative", "positive"),
+}
+"""How it moves afterwards, where a fault for good that waits for an edge may meet it."""
+
+
+def _of_broken_line(state: int, direction: str) -> str | None:
+    """Return why a resting A is not wrong first in a state: A differs from before behind its own edge."""
+    if direction == "rest":
+        return "a broken line of an axis that stands still says what it said before"
+    behind_edge_of_a = (2, 4) if direction == "positive" else (1, 3)
+    return None if state in behind_edge_of_a else "A is wrong first behind an edge of A"
+
+
+_LINES: Mapping[FaultRow, Callable[[int, str], str | None]] = {
+    _K.CABLE_OPEN: lambda state, direction: "in state 3 both lines are high anyway" if state == 3 else None,
+    _K.LINES_SWAPPED: lambda state, direction: (
+        "A and B say the same in states 1 and 3, swapped or not" if state in (1, 3) else None
+    ),
+    _K.LINE_BROKEN: _of_broken_line,
+}

@@ -54,7 +54,9 @@ def test_a_program_of_ones_own_is_what_the_box_runs(tmp_path):
     image.write_text(":0200000080FE80\n:00000001FF\n")
     own = replace(MCS51, program=image)
     assert own.name == "mine.ihx on 8051-12mhz"
-    cell = Cell([settings(Design.C, firmware=False).inserting_by(own)], [[Move(target_mm=2.0, speed_mm_s=2.0)]], SLOPE)
+    cell = Cell(
+        [settings(Design.C, firmware=False).inserting_by(own)], [[Move(target_mm=2.0, speed_mm_s=2.0)]], SLOPE
+    )
     cell.run(until_ps=S)
     assert (cell.axes[0].box_status, cell.axes[0].view.position) == (Status.NOT_HOMED, 0)
 

@@ -3,10 +3,12 @@
 import json
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from rtec.cli import main
+from rtec.report import campaign_tally
 from rtec.report.campaign import sentence, write_campaign
 from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import Requirement, read_plan
@@ -102,6 +104,7 @@ def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tm
 
 def test_the_command_writes_a_report_of_faults_with_threats_and_repeats_its_jobs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(campaign_tally, "_MOST_PICTURES", 1)
     words = ["campaign", "safety", "--only", "pc-killed,threat=deletion,c,cutting", "--runs", "1", "--workers", "1"]
     assert main([*words, "-o", "out"]) == 0
     tree = page_of(tmp_path / "out" / "report.html")
@@ -110,10 +113,18 @@ def test_the_command_writes_a_report_of_faults_with_threats_and_repeats_its_jobs
     assert threats["deletion"][2] == Threat.DELETION.defence
     assert threats["deletion"][6] == f"0 of 10: below {1 - 0.05 ** (1 / 10):.2g}"
     assert "box: link lost" in threats["programs and power"][3]
-    command = text_of(next(page_of(tmp_path / "out/jobs/011-pc-killed.html").iter(f"{XHTML}code")))
+    jobs = page_of(tmp_path / "out/jobs/011-pc-killed.html")
+    pictures = [one for one in files_in(tmp_path / "out") if one.endswith(".svg") and one.startswith("jobs/")]
+    assert len(pictures) == 1
+    assert {one.replace(".svg", ".vcd") for one in pictures} <= files_in(tmp_path / "out")
+    command = text_of(next(row for row in jobs.iter(f"{XHTML}tr") if row.get("id")).find(f".//{XHTML}code"))
     capsys.readouterr()
-    assert main(command.split()[1:]) == 0
-    assert json.loads(capsys.readouterr().out)["as_stored"] is True
+    assert main([*command.split()[1:], "-o", "job"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["as_stored"] is True and Path(document["report"]).exists()
+    assert (tmp_path / "job/job.vcd").read_text().startswith("$version")
+    shown = text_of(page_of(tmp_path / "job/report.html"))
+    assert "PC killed: safe stop" in shown and command in shown
     assert main([*words, "-o", "out"]) == 2
     assert "--force" in capsys.readouterr().err
 

@@ -1,6 +1,7 @@
 """Built-in plans give what the commands of old give, field by field."""
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 
@@ -66,7 +67,13 @@ def test_safety_is_that_of_rtec_safety():
     assert found.keys() == wanted.keys()
     for key, trial in wanted.items():
         record = dict(found[key])
-        assert 0 <= record.pop("moment_ps") < 8 * 10**12
+        moment_ps, activated_ps = record.pop("moment_ps"), record.pop("activated_ps")
+        assert (activated_ps is None) == (trial.fired == 0)
+        if trial.fired:
+            detected_ps = 8 * 10**12 if trial.detected_ps is None else trial.detected_ps
+            assert 0 <= moment_ps <= activated_ps <= detected_ps
+        where = record.pop("state"), record.pop("direction")
+        assert where in {(None, None), *product((1, 2, 3, 4), ("positive", "rest"))}
         assert record == trial_record(trial)
         assert (record["outcome"], record["fired"]) == (trial.outcome.value, trial.fired)
         assert record["result"] == _expected(trial)
