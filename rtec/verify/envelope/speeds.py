@@ -88,7 +88,7 @@ def passing_alone(safe_hz: float, top_hz: float) -> Speeds:
     """Return how far a board goes that nothing is asked of: it passes up to the safe frequency."""
     passing = [(hertz, Does.PASSES) for hertz in sorted({min(BELOW * top_hz, safe_hz), safe_hz}) if hertz > 0.0]
     top = [(top_hz, Does.PASSES if safe_hz >= top_hz else Does.FAILS)] if safe_hz != top_hz else []
-    return Speeds(frequencies=Frequencies(rows=tuple(sorted([*passing, *top]))), top_hz=top_hz, asked=False)
+    return Speeds(frequencies=Frequencies(rows=tuple(sorted([*passing, *top]))), top_hz=top_hz)
 
 
 def _jitter_ps(trials: Trials, found: Frequencies, top_hz: float) -> int:
