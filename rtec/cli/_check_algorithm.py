@@ -95,8 +95,8 @@ def _machine_code(options: Options) -> Chosen:
     from firmware_model import read_hex
     from rtec.board import Microcontroller
     from rtec.cli._image import as_bad_input, with_part
+    from rtec.verify.bench import Bench
     from rtec.verify.firmware.algorithm import Firmware
-    from rtec.verify.firmware.bench import Bench
 
     _refuse_others(options.runner, "machine code")
     if options.contract.design is None:
