@@ -44,6 +44,7 @@ def hunt(
     Gates alone, as the report first draws them, merge a real edge with an insertion:
 
     >>> from rtec.verify.contract.built_in import BuiltIn
+    >>> from rtec.verify.contract.contract import Contract
     >>> from rtec.injector import Design, InjectorSettings, Processor, Timing
     >>> box = BuiltIn(InjectorSettings(design=Design.A, timing=Timing.of(Design.A, Processor.FAST)))
     >>> trials = Trials(box, Contract.of(Design.A))
