@@ -50,7 +50,6 @@ class AlgorithmOptions(OptionGroup):
         "--clock", "rtec.verify.contract.verilog:clock_of", "50MHz", "Verilog's; a Python class then sees ticks only."
     )
     pins: Path | None = option("--pins", "P.toml", "Which port of the module is what.")
-    simulator: str | None = option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
     processor: Microcontroller | None = processor(f"For machine code: {', '.join(PROCESSORS)}.")
     part: str | None = word("--part", "8051|8052", "For machine code.")
 

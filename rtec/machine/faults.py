@@ -186,16 +186,17 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
             raise ArgumentError(name, later, f"one that begins when this is over: {words}")
 
 
-def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool) -> None:
+def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool, own: bool = False) -> None:
     """Check that a fault can happen to a box, and that the box shows an insertion if the fault waits for one.
 
     Raises
     ------
     ArgumentError
         The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion; a
-        fault inside a box that runs its firmware; a latch where the lines pass through the processor.
+        fault inside a box that runs its firmware, or an algorithm of the user (``own``); a latch where the lines pass
+        through the processor.
     """
-    if fault.kind in INSIDE_BOX and firmware:
+    if fault.kind in INSIDE_BOX and (firmware or own):
         raise ArgumentError(
             "kind", fault.kind.words, "a box that is modelled", "rtec simulate --fault has it on boards"
         )

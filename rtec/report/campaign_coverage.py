@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rtec.report.rendering import csv_text
 from rtec.verify.campaign.coverage import Coverage, Group
 
@@ -9,7 +11,7 @@ Cell = tuple[str, str]
 """Text and look of a cell: ``full``, ``part``, ``none``; empty where nothing can be."""
 
 
-def coverage_values(coverage: Coverage | None) -> dict[str, object]:
+def coverage_values(coverage: Coverage | None) -> dict[str, Any]:
     """Return what the template of the page names: heads and rows of the table, holes by name, and what is left out.
 
     The last dimension is laid out across.
