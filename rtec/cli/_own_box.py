@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -17,17 +17,15 @@ from rtec.errors import ArgumentError
 if TYPE_CHECKING:
     from rtec.board import Microcontroller
     from rtec.injector import Design
-    from rtec.verify.safety.monitor import InBox
+    from rtec.machine.station_settings import InBox
 
     States = tuple[int, ...]
     """Angle states 0 to 3."""
 
-ALGORITHM = option(
-    "--algorithm",
-    "ALGORITHM",
-    "file.py:Name or image.ihx in the boxes, in the place of a design.",
-    complete=files_ending(".py", ".ihx", ".hex"),
-)
+
+def algorithm(text: str, **more: Any) -> Any:
+    """Return the option ``--algorithm``."""
+    return option("--algorithm", "ALGORITHM", text, complete=files_ending(".py", ".ihx", ".hex"), **more)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +34,7 @@ class OwnOptions(OptionGroup):
 
     PANEL = "An algorithm of your own"
 
-    algorithm: str | None = ALGORITHM
+    algorithm: str | None = algorithm("file.py:Name or image.ihx in the boxes, in the place of a design.")
     step_counts: int | None = whole("--step", "Counts of one step, in the place of --design.", low=1)
     states: States | None = named(
         "--states",

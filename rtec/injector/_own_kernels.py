@@ -19,6 +19,8 @@ from rtec.injector._kernels import (
 from rtec.injector._state_kernels import ARMED, IDLE, INSERTING
 from rtec.signal._kernels import NEVER, state_of_level
 
+_SWITCH_PS = 1_000_000
+"""After a step that is completed with the switch open the algorithm is shown the new total so much later."""
 _IDLE_CALLS = 100_000
 """So often an algorithm is called by its own wish between two changes of its inputs while it may not insert: one that
 polls would never come to its end."""
@@ -47,8 +49,8 @@ def own_call(s: Record, t_ps: int, by_itself: bool) -> None:
     s.next_ps = NEVER if o.wake_ps == 0 else o.since_ps + o.wake_ps
     if s.enabled == 0:
         if made != 0:
-            s.next_ps = t_ps + 1
-        elif o.calls > _IDLE_CALLS:
+            s.next_ps = min(s.next_ps, t_ps + _SWITCH_PS)
+        if o.calls > _IDLE_CALLS:
             s.next_ps = NEVER
     owes = asked != s.completed and s.enabled == 1
     if made != 0 or not owes:

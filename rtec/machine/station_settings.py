@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rtec._jit import Record
 from rtec.axis.encoder import Encoder
@@ -18,6 +18,9 @@ from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.setup import Setup
 from rtec.requester.supervision import SupervisionLimits
+
+InBox = BoxAlgorithm | Microcontroller
+"""What works in a box in the place of a design: an algorithm, or a processor that runs a program."""
 
 
 def _hold_edges() -> InjectorSettings:
@@ -81,6 +84,12 @@ class StationSettings:
         return FirmwareBox(
             self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on, start_ps=start_ps
         )
+
+    def inserting_by(self, works: InBox) -> StationSettings:
+        """Return the axis with something else in its box, in the place of the design."""
+        if isinstance(works, Microcontroller):
+            return replace(self, microcontroller=works)
+        return replace(self, algorithm=works)
 
     @property
     def setup(self) -> Setup:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -13,6 +15,7 @@ from typing import Any
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, meant, unknown
 from rtec.units import parse_in
+from rtec.verify.campaign.own_files import OwnFile
 
 Value = int | float | str | None
 Parameters = Mapping[str, Value]
@@ -71,7 +74,8 @@ class Job:
     def carry_out(self) -> Record:
         """Carry it out."""
         function: Callable[[Parameters, int, int], Record] = named_at(self.function)
-        return function(self.parameters, self.seed, self.run)
+        with redirect_stdout(sys.stderr):  # what a user's algorithm prints is no result
+            return function(self.parameters, self.seed, self.run)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +194,7 @@ class Number:
         return number_within(where, given, self.low, self.high)
 
 
-Parameter = Choice | Number
+Parameter = Choice | Number | OwnFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,6 +12,7 @@ from rtec.verify.campaign.code import code_of
 from rtec.verify.campaign.coverage import Coverage
 from rtec.verify.campaign.executors import Batch, Carried, Executor, Raised
 from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Job, Value
+from rtec.verify.campaign.own_files import texts_of
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.sensitivity import SobolIndex, sensitivity
 from rtec.verify.campaign.store import Done, Store
@@ -172,7 +173,8 @@ class _Pending:
         some = [(address, job) for address, job in jobs if address not in known]
         self.left -= len(some)
         if some:
-            yield Batch(self._code, some)
+            values = (value for _, job in some for value in job.parameters.values())
+            yield Batch(self._code, some, texts_of(values))
 
 
 def addresses_of(plan: Plan) -> list[str]:

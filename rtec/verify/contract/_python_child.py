@@ -217,7 +217,9 @@ class Player:
 
 
 def where_raised(error: BaseException, file: Path) -> str:
-    """Return what a user's code raised, with file and line."""
+    """Return what a user's code raised, with file and line, or did otherwise."""
+    if isinstance(error, Faulty):
+        return str(error)
     rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
     place = f" in {file.name}, line {rows[-1].lineno}" if rows else ""
     said = " ".join(str(error).split())[:160]

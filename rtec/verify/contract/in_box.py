@@ -259,9 +259,8 @@ class _Plain:
 
     def _called(self, own_at: int, memory_at: int) -> None:
         """Take a call from machine code."""
-        self._call(
-            np.rec.array(np.frombuffer(memoryview(_OWN_BYTES.from_address(own_at)), OWN), copy=False)[0], memory_at
-        )
+        there = np.frombuffer(memoryview(_OWN_BYTES.from_address(own_at)), OWN)
+        self._call(np.rec.array(there, copy=False)[0], memory_at)
 
     def _call(self, o: Record, memory_at: int) -> None:
         o.entered += 1

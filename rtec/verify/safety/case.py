@@ -9,10 +9,11 @@ from statistics import median
 
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.station_settings import InBox
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Matrix, MatrixPlan, Outcome, Trial, is_wrong, run_matrix
-from rtec.verify.safety.monitor import InBox, Stopper, sinusoidal_table
+from rtec.verify.safety.monitor import Stopper, sinusoidal_table
 from rtec.verify.safety.phases import END_PS, Phase, new_cell
 from rtec.verify.safety.soak import Episode, Soak, SoakPlan, run_soak
 
@@ -102,17 +103,15 @@ class SafetyCase:
     def reasons(self) -> tuple[str, ...]:
         """Return why the case is not good, a line each."""
         soak = self.soak
-        avoidable = self.matrix.avoidable
         found = [
-            f"wrong without any fault: {trial.phase.value}, design {trial.design.value}, run {trial.seed}"
-            for trial in avoidable
-            if trial.wrong_before
+            f"wrong without any fault: {phase.value}, design {design.value}, run {number}"
+            for phase, design, number in self.matrix.unsound
         ]
-        found = list(dict.fromkeys(found)) + [
+        found += [
             f"undetected error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, "
             f"run {trial.seed}"
-            for trial in avoidable
-            if not trial.wrong_before
+            for trial in self.matrix.avoidable
+            if trial.sound
         ]
         found += [
             f"never took effect: {variant.name}, {phase.value}; more --seeds meet it at other moments"

@@ -13,8 +13,9 @@ from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.jobs import JobPool
 from rtec.machine.fault_kinds import INSIDE_BOX
+from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_MS, PS_PER_S
-from rtec.verify.safety.monitor import InBox, MonitoredAxis, MonitoredCell, Stopper
+from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
 from rtec.verify.safety.phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
 from rtec.verify.safety.variants import VARIANTS, Variant, impossible
 
@@ -73,8 +74,8 @@ class Trial:
     """Time beyond the bound, more than in the fault-free run."""
     following_counts: float
     """What a check of the speed would have seen more than in the fault-free run."""
-    wrong_before: bool = False
-    """Whether the fault-free run is wrong, too: then the fault shows nothing."""
+    sound: bool = True
+    """Whether the fault-free run is right; else the fault shows nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -173,6 +174,12 @@ class Matrix:
         )
 
     @property
+    def unsound(self) -> tuple[tuple[Phase, Design, int], ...]:
+        """Return phases, designs and numbers of the runs that are wrong without any fault."""
+        found = ((trial.phase, trial.design, trial.seed) for trial in self.trials if not trial.sound)
+        return tuple(dict.fromkeys(found))
+
+    @property
     def unproven(self) -> tuple[tuple[Variant, Phase], ...]:
         """Return the faults that never took effect in a phase, although nothing speaks against it."""
         return tuple(
@@ -186,8 +193,8 @@ class Matrix:
 
     @property
     def good(self) -> bool:
-        """Return whether no undetected error is avoidable and every fault took effect."""
-        return not self.avoidable and not self.unproven
+        """Return whether no undetected error is avoidable, every fault took effect, and all is right without one."""
+        return not self.avoidable and not self.unproven and not self.unsound
 
 
 def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda share: None) -> Matrix:
@@ -265,8 +272,15 @@ def judged(
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),
-        wrong_before=any(is_wrong(other, other) for other in healthy),
+        sound=_is_sound(healthy, design),
     )  # fmt: skip
+
+
+def _is_sound(healthy: Sequence[MonitoredAxis], design: Design) -> bool:
+    """Return whether a fault-free run is right: every count, and nothing owed but by an axis that waits for 00."""
+    owing = [axis.pending_steps != 0 for axis in healthy]
+    owes = all(owing) if design.one_state else any(owing)
+    return not owes and not any(is_wrong(axis, axis) for axis in healthy)
 
 
 def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:

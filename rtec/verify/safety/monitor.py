@@ -11,11 +11,11 @@ import numpy as np
 
 from rtec._jit import prepared
 from rtec.axis.command import Move
-from rtec.board import Microcontroller
-from rtec.injector import BoxAlgorithm, Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, StationSettings
+from rtec.machine.station_settings import InBox
 from rtec.predictors import BidirectionalTable, Model, Predictor
 from rtec.predictors.binding import bound_curve
 from rtec.requester.settings import PcState
@@ -34,10 +34,6 @@ lost on either way."""
 
 _ARRIVED_PS = 50 * PS_PER_MS
 """A request is at the box after so long, or lost."""
-
-
-InBox = BoxAlgorithm | Microcontroller
-"""What works in a box in the place of a design: an algorithm, or a processor that runs a program."""
 
 
 class Stopper(enum.IntEnum):
@@ -290,13 +286,12 @@ def station_settings(
     """
     processor = Processor.FAST if design.in_path else Processor.MCS51
     box = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
-    return StationSettings(
+    settings = StationSettings(
         axis=axis,
         injector=box,
         supervision=supervision or SupervisionLimits(),
-        algorithm=None if isinstance(algorithm, Microcontroller) else algorithm,
-        microcontroller=algorithm if isinstance(algorithm, Microcontroller) else None,
     )
+    return settings if algorithm is None else settings.inserting_by(algorithm)
 
 
 def sinusoidal_table(

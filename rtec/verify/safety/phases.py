@@ -14,11 +14,11 @@ from rtec.injector import Design
 from rtec.link.simulated import FaultActivation
 from rtec.machine.fault_kinds import ActivatedBy
 from rtec.machine.faults import Fault, Trigger
-from rtec.machine.station_settings import StationSettings
+from rtec.machine.station_settings import InBox, StationSettings
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_US
-from rtec.verify.safety.monitor import SLICE_PS, AxisThen, InBox, MonitoredCell, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import SLICE_PS, AxisThen, MonitoredCell, sinusoidal_table, station_settings
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS

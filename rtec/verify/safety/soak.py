@@ -20,11 +20,11 @@ from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import JobPool
 from rtec.machine.fault_kinds import INSIDE_BOX
 from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger
+from rtec.machine.station_settings import InBox
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Outcome
 from rtec.verify.safety.monitor import (
-    InBox,
     MonitoredAxis,
     MonitoredCell,
     Stopper,

@@ -110,7 +110,7 @@ def trace_of(parameters: Parameters, seed: int, run: int) -> Trace:
     marks = [(t_ps, word) for t_ps, word in _moments(record, injection) if isinstance(t_ps, int)]
     first_ps, last_ps = min(t_ps for t_ps, _ in marks), max(t_ps for t_ps, _ in marks)
     after_ps = _UNDETECTED_PS if record["detected_ps"] is None else _AFTER_PS
-    parts = cell_parts(injection.phase, injection.design, injection.run)
+    parts = cell_parts(injection.phase, injection.design, injection.run, algorithm=injection.algorithm)
     cell = RecordedCell(*parts, faults=injection.faults)
     cell.record(from_ps=max(first_ps - _BEFORE_PS, 0))
     run_through(cell, injection.phase, until_ps=last_ps + after_ps)
