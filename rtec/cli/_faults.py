@@ -34,6 +34,20 @@ class FaultOptions(OptionGroup):
         complete=completing(OPEN_FAULTS),
     )
 
+    def refuse_box(self) -> None:
+        """Refuse faults of the box, where an algorithm takes its place.
+
+        Raises
+        ------
+        ArgumentError
+            There is one.
+        """
+        if self.fault:
+            from rtec.machine.open_fault_kinds import check_beside_box
+
+            for text in self.fault:
+                check_beside_box(_read(text)[0], name=_NAME)
+
     def at(self, path: OpenPath, seed: int) -> tuple[Fault, ...]:
         """Return the faults with their moments in a run; none where the user said none.
 

@@ -50,7 +50,6 @@ class AlgorithmOptions(OptionGroup):
         "--clock", "rtec.verify.contract.verilog:clock_of", "50MHz", "Verilog's; a Python class then sees ticks only."
     )
     pins: Path | None = option("--pins", "P.toml", "Which port of the module is what.")
-    simulator: str | None = option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
     processor: Microcontroller | None = processor(f"For machine code: {', '.join(PROCESSORS)}.")
     part: str | None = word("--part", "8051|8052", "For machine code.")
 
@@ -158,7 +157,7 @@ def _see(played: PlayedPath, seen: Seen, capture: InsertionCapture | None) -> No
 
 
 def _marks(played: PlayedPath, end_ps: int) -> list[tuple[VcdSignal, NDArray[np.int64], NDArray[np.int64]]]:
-    """Return a signal for each fault, high while it is there."""
+    """Return a signal for each fault, high from its moment to its end."""
     import numpy as np
 
     from rtec.machine.open_fault_kinds import word_of
@@ -166,7 +165,7 @@ def _marks(played: PlayedPath, end_ps: int) -> list[tuple[VcdSignal, NDArray[np.
 
     found = []
     for effect in played.outcome.effects if played.outcome is not None else ():
-        times = np.array([effect.fault.from_ps, effect.fault.over_ps], np.int64)
+        times = np.array([effect.fault.from_ps, effect.fault.until_ps or end_ps], np.int64)
         signal = VcdSignal(scope="faults", name=word_of(effect.fault.kind).replace("-", "_"))
         found.append((signal, times[times < end_ps], np.array([1, 0], np.int64)[times < end_ps]))
     return found

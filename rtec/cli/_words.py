@@ -33,7 +33,7 @@ OPEN_FAULTS = (
 """Of ``rtec simulate``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
-CAMPAIGNS = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+CAMPAIGNS = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (

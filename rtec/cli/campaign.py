@@ -50,6 +50,9 @@ def campaign(
     merge: list[Path] | None = option("--merge", "OTHER.db", "First take over the records of another store."),
     job: str | None = option("--job", "ADDRESS", "Run one job again and compare the records; with -o draw it."),
     output: Path | None = folder("-o --output", "Folder of a report, its map and its jobs.", panel=_OUTPUT),
+    page: Path | None = option(
+        "--page", "FILE.md", "Write tables into a page that has places for them.", panel=_OUTPUT
+    ),
     csv: Path | None = written("--csv", "FILE.csv", "Write a row for each job.", endings=(".csv",), panel=_OUTPUT),
     junit: Path | None = written(
         "--junit", "FILE.xml", "Write a test case for each job.", endings=(".xml",), panel=_OUTPUT
@@ -99,7 +102,7 @@ def campaign(
         return
     files = {
         kind: each
-        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output))
+        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output), ("page", page))
         if each
     }
     with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
@@ -193,6 +196,10 @@ def _carry_out(plan: Plan, store: Store, executor: Executor, again: str, files: 
 
         with report_folder(files["report"], "campaign") as folder_:
             files["report"] = write_campaign(found, store, addresses, folder_, again=again)
+    if "page" in files:
+        from rtec.report.campaign_page import fill_page
+
+        fill_page(files["page"], found, store, addresses)
     if json:
         _console.print_json(
             found.to_dict() | {"store": str(store.path)} | {kind: str(p) for kind, p in files.items()}

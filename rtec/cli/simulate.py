@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from rtec.verify.contract.trials import Trials
 
 
-_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction", "seed")
-"""Options of a made stream."""
+_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction")
+"""Options of a made stream, beside the seed: faults have it, too."""
 _OF_A_DESIGN = ("timing", "glitch_probability", "glitch_ps")
 """Options that mean nothing for an algorithm, beside those of the box."""
 
@@ -198,11 +198,12 @@ def simulate(
     firmware the design's program runs on a 12 MHz 8051, instruction by instruction. A --motion other than steady ends
     at rest, where the box makes what it still owes; reversal and adversary aim a crossing of a line into each
     insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency. The edges
-    of a --capture come at their measured times: options of motion and encoder do not go with it.
+    of a --capture come at their measured times: options of motion and encoder do not go with it. A --fault proves
+    that it took effect, or the command exits with 1, too.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     Example: rtec simulate --design c --algorithm mine.py:Mine --frequency 100kHz --cycles 1000 --corrections 5
-    Example: rtec simulate --design original --capture scope.csv --corrections 9 --figure insertion.png
+    Example: rtec simulate --design original --capture scope.csv --corrections 9 --fault "missed edge@2 ms"
     """
     from rtec.controller import ReceiverSettings
     from rtec.machine import OpenPath, on_capture
@@ -211,10 +212,14 @@ def simulate(
         raise needs("--figure-state", "--figure")
     if seen.figure is not None and corrections == 0:
         raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
+    if own.algorithm is not None:
+        wrong.refuse_box()
     injector, input_ = box.settings(design, timing), ReceiverSettings(**asdict(receiver))
     capture = captured.read()
     if capture is not None:
-        refuse_made(context, (*_MADE, *(item.name for item in fields(_EncoderOptions))))
+        refuse_made(
+            context, (*_MADE, *(() if wrong.fault else ("seed",)), *(item.name for item in fields(_EncoderOptions)))
+        )
         path = on_capture(
             capture,
             injector=injector,

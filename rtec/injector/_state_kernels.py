@@ -9,7 +9,7 @@ IDLE, ARMED, INSERTING, LETTING_GO, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
 lines that pass through the processor the sampling and the writing of the lines."""
 
 STUCK = HUNG = 2
-"""Of a hold latch, and of a processor, that a fault keeps from working."""
+"""Of a hold latch, and of a processor, that a fault keeps from working (`rtec.machine.box_faults`)."""
 
 OWN = np.dtype(
     [
@@ -54,7 +54,7 @@ INJECTOR = np.dtype(
         ("latency_ps", np.int64),  # Design B: from sampling the lines to writing them
         ("gate_ps", np.int64),  # least interval that the speed gate lets through (0: no gate)
         ("rest_ps", np.int64),  # without an edge for so long the axis counts as at rest
-        ("holds", np.int64),  # 1: real transitions are held back during an insertion; STUCK: the latch stays as it is
+        ("holds", np.int64),  # 1: real transitions are held back during an insertion; STUCK: all are
         ("releases", np.int64),  # Design C, loss of power: 1 drops the inverters, 0 latches them
         # state
         ("enabled", np.int64),

@@ -16,7 +16,7 @@ _TIMES = ("poll_ps", "poll_offset_ps", "decide_ps", "step_ps", "recover_ps", "la
 """What a modelled box measures by its clock."""
 
 
-def change_box(state: Record, board: Any, row: FaultRow, t_ps: int, *, begins: bool) -> None:
+def change_box(state: Record, board: Any, row: FaultRow, t_ps: int, level: int, *, begins: bool) -> None:
     """Let a fault of the box begin or end.
 
     Parameters
@@ -27,8 +27,8 @@ def change_box(state: Record, board: Any, row: FaultRow, t_ps: int, *, begins: b
         The board as kernels of the open path have it, or None for a modelled box.
     row
         The class of the fault, with a code of `rtec.machine.open_fault_kinds.BOX_CODES`.
-    t_ps
-        The moment.
+    t_ps, level
+        The moment, and the level code of the lines into the box just before.
     begins
         Whether it begins.
     """
@@ -38,7 +38,7 @@ def change_box(state: Record, board: Any, row: FaultRow, t_ps: int, *, begins: b
     elif code == LATCH and isinstance(row, OpenFaultRow):
         closed = row.number if begins else 0
         if board is None:
-            kernels.set_latch(state.injector, int(begins), closed)
+            kernels.set_latch(state.injector, t_ps, level, int(begins), closed)
         else:
             kernels.set_board_latch(board, t_ps, int(begins), closed)
     elif code == SWITCH_THROWN:

@@ -128,6 +128,11 @@ def word_of(row: FaultRow) -> str:
     return "-".join(row.words.lower().replace(",", " ").split())
 
 
+def place_of(row: FaultRow) -> str:
+    """Return where a fault of the open path happens: at the lines, the box or the request."""
+    return "lines" if row.code in LINE_CODES else "box" if row.code in BOX_CODES else "request"
+
+
 def open_fault_named(text: str, *, name: str = "fault") -> FaultRow:
     """Return the class of faults of the open path that a text names, with spaces or hyphens.
 
@@ -176,6 +181,19 @@ def why_not(row: FaultRow, design: DesignRow, real_edges: RealEdges) -> str | No
     if design.in_path:
         return f"the lines of {design.title} pass through its processor, without a hold latch"
     return None if real_edges is RealEdges.HOLD else "real edges that merge pass no hold latch"
+
+
+def check_beside_box(row: FaultRow, *, name: str = "fault") -> None:
+    """Check that a fault needs no box of a design.
+
+    Raises
+    ------
+    ArgumentError
+        It happens to the box.
+    """
+    if row.code in BOX_CODES:
+        allowed = "a fault of the lines or of a request with an algorithm"
+        raise ArgumentError(name, word_of(row), allowed, problem="is of the box of a design")
 
 
 def check_pair(rows: Sequence[FaultRow], *, name: str = "fault") -> None:

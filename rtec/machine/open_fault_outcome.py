@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtec.machine.faults import Fault
-from rtec.machine.open_fault_kinds import BOX_CODES, REQUEST, word_of
+from rtec.machine.open_fault_kinds import place_of, word_of
 
 NOT_ACTIVATED, MASKED, DETECTED, SILENT = "not activated", "masked", "detected", "silent corruption"
 """What becomes of faults. One that did not take effect proves nothing; a masked one left every count right and nobody
@@ -34,7 +34,7 @@ class FaultEffect:
         fault = self.fault
         return {
             "fault": word_of(fault.kind),
-            "place": "box" if fault.kind.code in BOX_CODES else "request" if fault.kind.code == REQUEST else "lines",
+            "place": place_of(fault.kind),
             "from_ps": fault.from_ps,
             "until_ps": fault.until_ps,
             "activated": self.activated_ps is not None,
@@ -54,6 +54,8 @@ class FaultOutcome:
     """Counts of the controller less those of the encoder itself and of the completed steps."""
     good_without: bool
     """Whether the run is good without the faults."""
+    sound_without: bool
+    """Whether every count is right without the faults, whatever is left over."""
 
     @property
     def activated(self) -> bool:
@@ -66,7 +68,7 @@ class FaultOutcome:
 
         Examples
         --------
-        >>> FaultOutcome(effects=(), noticed=(), off_counts=-4, good_without=True).word
+        >>> FaultOutcome(effects=(), noticed=(), off_counts=-4, good_without=True, sound_without=True).word
         'silent corruption'
         """
         if not self.activated:

@@ -122,7 +122,7 @@ class _Route:
         self.state, self.board = path.state(), path.board()
         self._box = box_of(self.state, self.board)
         first = initial, int(self.state.receiver.raw)
-        self._kept = _Kept(first)
+        self._kept = Kept(first)
         self._tape = TraceRecorder([self._kept, *sinks], first)
         self._at = np.array([0, 0, NEVER], np.int64)
         self.counts_in, self.illegal_in = 0, 0
@@ -144,7 +144,8 @@ class _Route:
         self._at[kernels.EDGES_DONE] = self._at[kernels.ASKS_DONE] = 0
         for t_ps, fault, begins in moments:
             self._pass(edges, asks, t_ps)
-            change_box(self.state, self._box, fault.kind, t_ps, begins=begins)
+            level = edges.level_at(t_ps - 1)
+            change_box(self.state, self._box, fault.kind, t_ps, level, begins=begins)
             self._at[kernels.UNSEEN_PS] = t_ps
         until_ps = window.until_ps
         if until_ps == NEVER:
@@ -205,8 +206,14 @@ class _Route:
         )  # fmt: skip
 
 
-class _Kept:
-    """Rows of a tape, kept until they are taken."""
+class Kept:
+    """Rows of a tape (`rtec.injector._wave_kernels`), kept until they are taken.
+
+    Parameters
+    ----------
+    first
+        Level codes of encoder and controller at the start.
+    """
 
     done = False
 
@@ -214,9 +221,11 @@ class _Kept:
         self._rows = [np.array([[0, *first, 0, 0, 0]], np.int64)]
 
     def show(self, rows: NDArray[np.int64]) -> None:
+        """Keep rows; the first of them is the last one shown before."""
         self._rows.append(rows[1:].copy())
 
     def taken(self) -> NDArray[np.int64]:
+        """Return the rows since the last call, int64 (n, 6); the first of them held before."""
         rows = np.concatenate(self._rows)
         self._rows = [rows[-1:]]
         return rows
@@ -272,7 +281,7 @@ def simulate_faults(
         Of `rtec.machine.open_fault_kinds.OPEN_FAULTS`, as `faults_at` returns them. Those of the lines act in this
         order, from the encoder to the box.
     vcd, seen, progress
-        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high while it is there.
+        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high from its moment to its end.
 
     Raises
     ------
@@ -299,7 +308,7 @@ def simulate_faults(
     source, total_ps = Source(path), length_ps(path)
     begun = time.perf_counter()
     with ExitStack() as stack:
-        marks = [(word_of(one.kind), one.from_ps, one.over_ps) for one in faults]
+        marks = [(word_of(one.kind), one.from_ps, one.until_ps or NEVER) for one in faults]
         initial = path.encoder.level_at_home, int(path.state().receiver.raw)
         file = None if vcd is None else stack.enter_context(WaveFile(path, vcd, initial, marks))
         whole = _Route(path, effects, [sink for sink in (file, seen) if sink is not None])
@@ -336,5 +345,6 @@ def simulate_faults(
         off_counts=result.received.count
         - path.receiver.counted(result.encoder_counts + added, path.encoder.home_state),
         good_without=right.good,
+        sound_without=right.audit and right.received.illegal_transitions == 0,
     )
     return FaultyResult(result=result, outcome=outcome)

@@ -225,6 +225,12 @@ class Station:
         self._axes.settle()
 
     @property
+    def held_since_ps(self) -> int | None:
+        """Return since when the machine is held; None: it is not."""
+        held_ps = int(self._state.held_ps)
+        return None if held_ps == NEVER else held_ps
+
+    @property
     def settled_view(self) -> StationView:
         """Return what would be seen once what is under way has come to its end; nothing is changed by looking."""
         return self._axes.settled_views()[0]

@@ -103,7 +103,8 @@ class StationSettings:
 
     def check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen to this box."""
-        check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
+        firmware = self.microcontroller is not None
+        check_waiting(fault, self.injector.design, firmware=firmware, own=self.algorithm is not None)
 
     def fill(self, state: Record) -> None:
         """Write the parameters into a kernel's state."""

@@ -12,6 +12,7 @@ from rtec.io import write_text
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.report.appearance import printable
 from rtec.report.campaign_coverage import coverage_csv, coverage_values
+from rtec.report.campaign_rates import RATE_HEADS, THREAT_HEADS, between, rates, threat, totals
 from rtec.report.campaign_tally import Cell, Group, Tally, residual, tallied
 from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_campaign import campaign_figure, words_of, worst_of
@@ -143,7 +144,7 @@ class _Report:
                 (name, f"{one.low:g} to {one.high:g}, drawn ({one.draw}{', log' if one.log else ''})")
                 for name, one in plan.drawn.items()
             ],
-            "totals": _totals(campaign),
+            "totals": totals(campaign),
             "rate": _rate(campaign.counts),
             "map": re.sub(r"^.*?(?=<svg)", "", drawing, flags=re.DOTALL).replace('"../', '"'),
             "map_caption": self.caption,
@@ -156,16 +157,16 @@ class _Report:
             if plan.kind.proves
             else "This kind of jobs has no combinations that have to be proved.",
             "errors": [(one.address, one.error) for one in campaign.raised],
-            "threat_heads": ("threat", "faults", "defence", "who said so", "survived", "harm", "residual rate, 95 %"),
-            "threats": [_threat(group) for group in tally.threats],
-            "requirement_heads": ("requirement", *_RATE_HEADS),
-            "requirements": [(name, *_rates(counts)) for name, counts in tally.requirements.items()],
-            "rate_heads": (*campaign.by, *_RATE_HEADS),
-            "rates": [(*map(words_of, row), *_rates(counts)) for row, counts in campaign.rows.items()],
+            "threat_heads": THREAT_HEADS,
+            "threats": [threat(group) for group in tally.threats],
+            "requirement_heads": ("requirement", *RATE_HEADS),
+            "requirements": [(name, *rates(counts)) for name, counts in tally.requirements.items()],
+            "rate_heads": (*campaign.by, *RATE_HEADS),
+            "rates": [(*map(words_of, row), *rates(counts)) for row, counts in campaign.rows.items()],
             "sensitivity": [
                 (
                     ", ".join(words_of(value) for value in one.where.values()), one.of, one.parameter,
-                    f"{one.first:.2f}", _between(one.first_95), f"{one.total:.2f}", _between(one.total_95),
+                    f"{one.first:.2f}", between(one.first_95), f"{one.total:.2f}", between(one.total_95),
                 )
                 for one in campaign.sensitivity
             ],
@@ -237,34 +238,6 @@ def _traces(campaign: Campaign, tally: Tally) -> dict[str, Trace]:
     return {address: trace for address, trace in found.items() if trace is not None}
 
 
-_RATE_HEADS = ("tried", "failed", "exempt", "no effect", "rate", "Wilson", "Clopper-Pearson", "outcomes")
-
-
-def _rates(counts: Counts) -> tuple[str, ...]:
-    tried, failed = counts.tried, counts.failed
-    outcomes = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common())
-    numbers = str(tried), str(failed), str(counts.exempt), str(counts.not_activated)
-    if not tried:
-        return *numbers, "–", "–", "–", outcomes
-    rate = f"{failed / tried:.2g}" if failed else f"below {never_seen(tried):.2g}"
-    return *numbers, rate, _between(wilson(failed, tried)), _between(clopper_pearson(failed, tried)), outcomes
-
-
-def _between(interval: tuple[float, float] | None) -> str:
-    return "–" if interval is None else f"{interval[0]:.2g} to {interval[1]:.2g}"
-
-
-def _threat(group: Group) -> tuple[str, ...]:
-    counts = group.counts
-    survived = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common() if name != "undetected")
-    return (
-        group.title, ", ".join(group.faults), group.defence,
-        ", ".join(f"{who} {count}" for who, count in group.told_by.most_common()),
-        survived, f"{counts.failed + counts.exempt}, {counts.exempt} of them exempt" if counts.exempt else
-        str(counts.failed), residual(counts),
-    )  # fmt: skip
-
-
 def _threat_document(group: Group) -> dict[str, object]:
     return {
         "threat": group.title, "defence": group.defence, "faults": group.faults,
@@ -287,27 +260,12 @@ def sentence(campaign: Campaign) -> str:
     return f"{'; '.join(against) or 'No job took effect'}."
 
 
-def _totals(campaign: Campaign) -> list[tuple[str, str, str, str]]:
-    counts = campaign.counts
-    done = counts.tried + counts.not_activated
-    outcomes = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common())
-    lines = [
-        ("took effect", counts.tried, outcomes),
-        ("passed", counts.passed, "survived"),
-        ("failed", counts.failed, "not survived"),
-        ("exempt", counts.exempt, "not survived, beyond supervision"),
-        ("not activated", counts.not_activated, "proves nothing"),
-        ("no record", campaign.jobs - done, "to be run by the same command"),
-    ]
-    return [(name, str(number), f"{number / campaign.jobs:.1%}", words) for name, number, words in lines]
-
-
 def _rate(counts: Counts) -> str:
     tried, failed = counts.tried, counts.failed
     if not tried:
         return "Nothing took effect: there is no rate."
-    text = f"Rate of failures {failed / tried:.2g}; Wilson {_between(wilson(failed, tried))}, Clopper and Pearson "
-    text += f"{_between(clopper_pearson(failed, tried))}, both of 95 %"
+    text = f"Rate of failures {failed / tried:.2g}; Wilson {between(wilson(failed, tried))}, Clopper and Pearson "
+    text += f"{between(clopper_pearson(failed, tried))}, both of 95 %"
     return (
         f"{text}." if failed else f"{text}; none was seen in {tried}, so the rate is below {never_seen(tried):.2g}."
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rtec.report.rendering import csv_text
 from rtec.verify.campaign.coverage import Coverage, Group
 
@@ -9,7 +11,7 @@ Cell = tuple[str, str]
 """Text and look of a cell: ``full``, ``part``, ``none``; empty where nothing can be."""
 
 
-def coverage_values(coverage: Coverage | None) -> dict[str, object]:
+def coverage_values(coverage: Coverage | None) -> dict[str, Any]:
     """Return what the template of the page names: heads and rows of the table, holes by name, and what is left out.
 
     The last dimension is laid out across.
@@ -26,11 +28,14 @@ def coverage_values(coverage: Coverage | None) -> dict[str, object]:
     document = coverage.to_dict()
     return {
         "coverage": f"{document['hit']} of {document['possible']} combinations of {', '.join(coverage.dimensions)} "
-        f"that can be took effect. A cell counts those of {coverage.named}.",
+        f"were hit; the others are holes. Each cell counts the values of {coverage.named}.",
         "coverage_heads": [*down, *(f"{across} {one}" for one in columns)],
         "coverage_rows": [(key, cells) for key, cells in laid_out if any(text for text, _ in cells)],
         "coverage_holes": [
-            (", ".join(f"{name} {value}" for name, value in zip((*down, across), key, strict=True)), group.holes)
+            (
+                ", ".join(f"{name} {value}" for name, value in zip((*down, across), key, strict=True)),
+                "; ".join(group.holes) if group.hit else f"all {len(group.holes)}",
+            )
             for key, group in groups.items() if group.holes
         ],
         "left_out": document["left_out"],

@@ -31,6 +31,7 @@ _LISTED = 12
 JOB_KINDS = {
     "fault": "rtec.verify.safety.jobs:FAULT",
     "episode": "rtec.verify.safety.jobs:EPISODE",
+    "open-fault": "rtec.verify.safety.open_jobs:OPEN_FAULT",
     "envelope": "rtec.verify.envelope.jobs:ENVELOPE",
     "motion": "rtec.verify.contract.jobs:MOTION",
     "game": "rtec.blind.jobs:GAME",

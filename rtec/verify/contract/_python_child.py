@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import inspect
+import json
 import mmap
 import os
 import struct
@@ -280,9 +281,9 @@ def main(file: str, name: str, link_to: int, watched_by: int) -> None:
         player = Player(load(Path(file), name), watched)
         note = player.compile()
     except ImportError as error:
-        _say(link, str(error), "")
+        link.send_bytes(json.dumps([str(error), []]).encode())
         return
-    _say(link, "", "\n".join(player.reasons))
+    link.send_bytes(json.dumps(["", player.reasons]).encode())
     played = False
     with contextlib.suppress(EOFError, ConnectionResetError):
         while True:
@@ -294,14 +295,8 @@ def main(file: str, name: str, link_to: int, watched_by: int) -> None:
                 note = "compiled code does not do the same (its integers have 64 bits)"
             played = True
             *arrays, first, broken_ps, reason = player.play(stimulus)
-            head = [*(array.size for array in arrays[::2]), first, broken_ps]
-            link.send_bytes(np.concatenate([head, *arrays], dtype=np.int64).tobytes())
-            _say(link, reason, note)
-
-
-def _say(link: Connection, *texts: str) -> None:
-    for text in texts:
-        link.send_bytes(text.encode(errors="replace"))
+            head = json.dumps([*(array.size for array in arrays[::2]), first, broken_ps, reason, note])
+            link.send_bytes(head.encode() + b"\n" + np.concatenate(arrays, dtype=np.int64).tobytes())
 
 
 def _limit_memory() -> None:

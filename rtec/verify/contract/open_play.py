@@ -18,7 +18,7 @@ from rtec.injector.waves import rows_of_streams
 from rtec.machine import OpenPath
 from rtec.machine.faults import Fault
 from rtec.machine.line_faults import differences, line_fault
-from rtec.machine.open_fault_kinds import LINE_CODES, REQUEST, word_of
+from rtec.machine.open_fault_kinds import REQUEST, check_beside_box
 from rtec.machine.open_fault_outcome import FaultEffect, FaultOutcome, Watched
 from rtec.machine.open_faults import corrupted
 from rtec.machine.open_run import settle_ps
@@ -210,6 +210,7 @@ def play_path(trials: Trials, path: OpenPath, faults: Sequence[Fault] = ()) -> P
     added = whole.completed * whole.step_counts
     outcome = FaultOutcome(
         effects=tuple(effects), noticed=whole.watched().noticed(twin.watched()), good_without=twin.good,
+        sound_without=twin.audit and twin.received.illegal_transitions == 0,
         off_counts=whole.received.count - path.receiver.counted(whole.encoder_counts + added, stream.state),
     )  # fmt: skip
     return replace(whole, outcome=outcome)
@@ -228,12 +229,10 @@ def _behind(stimulus: Stimulus, effects: Sequence[FaultEffect], path: OpenPath) 
         fault = effect.fault
         if fault.kind.code == REQUEST:
             asks = corrupted(asks, fault, effect, path.injector.design.word_limit.bit_length())
-        elif fault.kind.code in LINE_CODES:
+        else:
+            check_beside_box(fault.kind)
             wrong = line_fault(fault, stimulus.edges.initial).through(edges, 0, NEVER)
             effect.add(differences(edges, wrong))
             edges = wrong
-        else:
-            allowed = "a fault of the lines or of a request"
-            raise ArgumentError("fault", word_of(fault.kind), allowed, problem="is of the box of a design")
     until_ps = max(stimulus.until_ps, int(edges.times_ps.max(initial=0)) + 1)
     return Stimulus(edges=edges, requests=Totals(*asks), until_ps=until_ps)

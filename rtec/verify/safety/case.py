@@ -146,7 +146,7 @@ class SafetyCase:
             "rows": [
                 {
                     "fault": variant.name,
-                    "class": variant.kind.value,
+                    "class": variant.kind.words,
                     "upstream": variant.upstream,
                     "phase": phase.value,
                     "design": design.value,
@@ -236,7 +236,7 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
         "hours_by_design": {design.value: soak.hours([design]) for design in Design},
         "episodes": len(soak.episodes),
         "outcomes": {outcome.value: count for outcome, count in soak.outcomes.items()},
-        "fired": {kind.value: count for kind, count in soak.fired().items()},
+        "fired": {kind.words: count for kind, count in soak.fired().items()},
         "missing": [kind.value for kind in soak.missing],
         "undetected": [{"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.undetected()],
         "undetected_upstream": [_beyond_dict(e) for e in soak.undetected("before the box")],

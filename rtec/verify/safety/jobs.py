@@ -8,7 +8,7 @@ from functools import lru_cache
 from rtec.board import Microcontroller
 from rtec.injector import Design
 from rtec.machine.fault_kinds import FaultPlace
-from rtec.machine.faults import Fault
+from rtec.machine.faults import Fault, Trigger
 from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_S
 from rtec.verify.campaign.job import (
@@ -39,7 +39,7 @@ def _word(variant: Variant) -> str:
 _VARIANTS = {_word(variant): variant for variant in VARIANTS}
 _PHASES = {hyphened(phase.value): phase for phase in Phase}
 _CLASSES = {
-    "place": {word: variant.kind.place.value.lower() for word, variant in _VARIANTS.items()},
+    "place": {word: variant.place for word, variant in _VARIANTS.items()},
     "category": {word: hyphened(variant.kind.category.value) for word, variant in _VARIANTS.items()},
     "threat": {word: THREATS[variant.kind].value for word, variant in _VARIANTS.items() if variant.kind in THREATS},
 }
@@ -134,6 +134,8 @@ def injection_of(parameters: Parameters, seed: int, run: int) -> Injection:
     drawn = moments(seed, twin, phase, design, run)
     both = tuple(_VARIANTS[word] for name in ("fault", "second") if (word := str(parameters[name])) != NONE)
     faults = tuple(variant.fault(phase, *drawn[variant]) for variant in both)
+    if all(fault.trigger is Trigger.WHILE_INSERTING for fault in faults):  # one of a box can wait
+        faults = (*faults[:1], *(replace(fault, trigger=Trigger.AT_ONCE) for fault in faults[1:]))
     return Injection(
         design=design, phase=phase, run=run, variants=both, faults=faults, algorithm=_in_box(algorithm), twin=twin
     )
@@ -210,17 +212,14 @@ def _impossible(parameters: Parameters) -> str | None:
     """Return why one fault cannot take effect in a phase, or why two cannot be injected together."""
     first, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
     second = _VARIANTS.get(str(parameters["second"]))
+    design = Design.named(str(parameters["design"]))
     if second is None:
-        return impossible(first, phase)
+        return impossible(first, phase, design)
     if first is second:
         return "a fault is no second one beside itself"
-    kinds = first.kind, second.kind
-    if all(kind.place is FaultPlace.AXIS for kind in kinds):
-        if kinds[0].category is kinds[1].category:
-            return "of two faults in the same part of a box, the end of one would end both"
-        if phase is Phase.INSERTION:
-            return "only one fault of a box can wait for an insertion"
-    return impossible(first, phase) or impossible(second, phase)
+    if first.kind.place is second.kind.place is FaultPlace.AXIS and first.kind.part == second.kind.part:
+        return "of two faults of one cable, one word or one part of a box, the end of one would end both"
+    return impossible(first, phase, design) or impossible(second, phase, design)
 
 
 def _unreachable(parameters: Parameters) -> str | None:

@@ -12,6 +12,7 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.fault_kinds import INSIDE_BOX
 from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
@@ -108,6 +109,11 @@ class MatrixPlan:
         whole_within("first", self.first, 0, 999)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
 
+    def concerns(self, variant: Variant, design: Design) -> bool:
+        """Return whether the boxes have the part to which a fault happens."""
+        unknown_inside = self.algorithm is not None and variant.kind in INSIDE_BOX
+        return not unknown_inside and impossible(variant, Phase.CUTTING, design) is None
+
     def _inapplicable(self) -> ArgumentError:
         """Return what is wrong with faults of which none can take effect in any of the phases."""
         possible = [
@@ -180,7 +186,9 @@ class Matrix:
             (variant, phase)
             for variant in self.plan.variants
             for phase in self.plan.phases
-            if impossible(variant, phase) is None and not self.of(variant, phase, self.plan.designs)
+            if impossible(variant, phase) is None
+            and any(self.plan.concerns(variant, design) for design in self.plan.designs)
+            and not self.of(variant, phase, self.plan.designs)
         )
 
     @property
@@ -220,7 +228,7 @@ class PhaseJob:
         twin = twin_of(phase, design, seed, self.plan.algorithm)
         trials = []
         for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
-            if variant in self.plan.variants:
+            if variant in self.plan.variants and self.plan.concerns(variant, design):
                 fault = variant.fault(phase, moment_ps, bits)
                 cell = new_cell(phase, design, seed, faults=(fault,), algorithm=self.plan.algorithm)
                 run_through(cell, phase)

@@ -187,7 +187,7 @@ def first_effect(cell: MonitoredCell, phase: Phase, activation: FaultActivation[
     return cell.axis_then(1)
 
 
-_NOTED_LATER = (ActivatedBy.CABLE, ActivatedBy.WORD, ActivatedBy.GLITCHES)
+_NOTED_LATER = (ActivatedBy.CABLE, ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.EDGES)
 _CLOSER_PS = PS_PER_US, PS_PER_US // 100
 _ORDERS: dict[Phase, Orders] = {
     Phase.PROBING: [(1_200 * PS_PER_MS, Order.PROBE), (4_200 * PS_PER_MS, Order.CUT)],

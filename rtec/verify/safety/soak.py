@@ -18,7 +18,8 @@ from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import JobPool
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
+from rtec.machine.fault_kinds import INSIDE_BOX
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger
 from rtec.machine.station_settings import InBox
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
@@ -140,7 +141,7 @@ class Soak:
         """Return the time run with these designs."""
         return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
 
-    def fired(self) -> Counter[FaultKind]:
+    def fired(self) -> Counter[FaultRow]:
         """Return how many faults of each class took effect."""
         return Counter(injected.variant.kind for episode in self.episodes for injected in episode.injected)
 
@@ -226,7 +227,7 @@ Drawn = list[tuple[Variant, int, Fault]]
 def _draw_faults(generator: np.random.Generator, length_s: float) -> Drawn:
     """Return one fault of the encoder, or those of box, link and PC one after the other."""
     upstream = [variant for variant in VARIANTS if variant.upstream]
-    others = [variant for variant in VARIANTS if not variant.upstream]
+    others = [variant for variant in VARIANTS if not variant.upstream and variant.kind not in INSIDE_BOX]
     if generator.random() < _SHARE_UPSTREAM:
         at_s = float(generator.uniform(0.0, 0.9 * length_s))
         return [_draw_fault(generator, upstream, at_s, set())]

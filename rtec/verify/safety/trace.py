@@ -24,12 +24,13 @@ _BEFORE_PS, _AFTER_PS, _UNDETECTED_PS = 25 * PS_PER_MS, 25 * PS_PER_MS, 120 * PS
 """Recorded before the first moment that matters, after the last, and of a fault that nobody notices."""
 _LOOK_PS = 50 * PS_PER_US
 """Between looks at totals and words; of the lines every change is kept, of which fewer than ``KEPT`` may come."""
-_NO_POWER = 1 + max(BoxState)
+_NO_POWER, _HUNG = 1 + max(BoxState), 2 + max(BoxState)
 _WORDS = {
     ("pc", "asked"): None,
     ("pc", "state"): {int(one): one.name.lower() for one in PcState},
     ("pc", "hold"): {int(one): one.name.lower().replace("_", " ") for one in HoldReason},
-    ("box", "state"): {int(one): one.name.lower().replace("_", " ") for one in BoxState} | {_NO_POWER: "no power"},
+    ("box", "state"): {int(one): one.name.lower().replace("_", " ") for one in BoxState}
+    | {_NO_POWER: "no power", _HUNG: "hung"},
     ("box", "status"): {int(one): one.name.lower().replace("_", " ") for one in Status},
     ("box", "accepted"): None,
     ("box", "completed"): None,
@@ -73,7 +74,7 @@ class RecordedCell(MonitoredCell):
                 self._lines[t_ps] = lines, out
         self._kept = int(st.kept)
         box = st.node.box
-        state = int(box.state) if st.powered else _NO_POWER
+        state = int(box.state) if st.powered == 1 else _HUNG if st.powered else _NO_POWER
         self._seen.append((
             self.now_ps, int(pc.pc.sent), int(pc.pc.state), int(pc.reason), state, int(box.status), int(box.accepted),
             int(st.injector.completed), int(st.encoder.count),

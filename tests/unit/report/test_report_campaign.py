@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from rtec.cli import main
+from rtec.errors import ArgumentError
 from rtec.report import campaign_tally
 from rtec.report.campaign import sentence, write_campaign
+from rtec.report.campaign_page import fill_page
 from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import Requirement, read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
@@ -134,3 +136,25 @@ def test_every_threat_of_the_standard_is_met_by_a_defence_and_tried_by_a_fault()
         "repetition", "deletion", "insertion", "resequencing", "corruption", "delay", "masquerade"
     }  # fmt: skip
     assert set(THREATS.values()) == set(Threat)
+
+
+def test_a_page_keeps_its_words_and_gets_the_tables_that_it_has_places_for(plan, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# Mine\n\n<!-- rtec campaign <mine>: rates -->\nold\n<!-- end -->\n\nstays\n\n"
+        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
+    )
+    with Store(":memory:") as store:
+        found, addresses = run_campaign(plan, store, Serial()), addresses_of(plan)
+        assert fill_page(page, found, store, addresses) == ["rates", "results"]
+        text = page.read_text()
+        assert "old" not in text and "\nstays\n" in text and "\nkept\n" in text
+        rows = [line.split(" | ")[:3] for line in text.splitlines() if line.startswith("| fail ")]
+        assert rows == [["| fail", "6", "6"]]
+        assert fill_page(page, found, store, addresses) and page.read_text() == text
+        page.write_text("<!-- rtec campaign <mine>: threats -->\n<!-- end -->\n")
+        with pytest.raises(ArgumentError, match="'threats' is no table of this plan; use results, rates"):
+            fill_page(page, found, store, addresses)
+        page.write_text("# Mine\n")
+        with pytest.raises(ArgumentError, match="has no place for this plan"):
+            fill_page(page, found, store, addresses)
