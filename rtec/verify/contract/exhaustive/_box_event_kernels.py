@@ -136,6 +136,7 @@ def take_edge(s: Record, m: Record, move: int, sides: int) -> None:
 @helper
 def wait(m: Record) -> int:
     """Let one point of the grid pass; return what that breaks."""
+    m.looked = (m.looked + 1) % m.looks
     m.since = min(m.since + 1, m.longest)
     if m.off != 0:
         m.off_for += 1
@@ -176,9 +177,8 @@ def count_both(s: Record, m: Record, before_in: int, before_out: int) -> int:
 def carry_out(s: Record, m: Record, kind: int, owed: int, sides: int, look: int) -> int:
     """Let an event happen, and write the state behind it down; return what it breaks.
 
-    ``owed`` is the sign of what is asked for and not inserted, once an insertion that ends now is booked. The next
-    look of a polling processor comes ``look // 2`` points after it turns to the lines and a little more, or, for
-    one, a whole period later: it has just missed them.
+    ``owed`` is the sign of what is asked for and not inserted, once an insertion that ends now is booked. A look of a
+    polling processor that falls on this point comes a little later, or, for a ``look`` of 1, a little sooner.
     """
     m.booked = 0
     if kind == WAIT:
@@ -188,7 +188,7 @@ def carry_out(s: Record, m: Record, kind: int, owed: int, sides: int, look: int)
     before_in, before_out = s.ab_in, s.ab_out
     s.requested = owed + (s.sign if s.phase == INSERTING else 0)
     if s.poll_ps > 0:
-        s.poll_offset_ps = (NOW_PS + (look >> 1) * m.grid_ps + (-1 if look & 1 else 1)) % s.poll_ps
+        s.poll_offset_ps = (NOW_PS - m.looked * m.grid_ps + (1 if look == 0 else -1)) % s.poll_ps
     if kind == FIRE:
         injector_fire(s)
     elif kind == REQUEST:
@@ -209,7 +209,8 @@ def follow(first: int, second: int, how: int, s: Record, m: Record) -> int:
 
 
 @kernel
-def begin(s: Record, m: Record) -> None:
-    """Write the state at power-up down."""
+def begin(s: Record, m: Record, looked: int) -> None:
+    """Write the state at power-up down, so long after a look."""
+    m.looked = looked
     s.last_edge_ps = NOW_PS  # as `BuiltIn`: a rest counts only once it was seen
     pack(s, m, NOW_PS)
