@@ -7,10 +7,11 @@ one after the other, in each order. A comparison of the box with equal sides has
 from __future__ import annotations
 
 from rtec._jit import Record, helper, kernel
+from rtec.injector._insertion_kernels import UNTIMED_PS
 from rtec.injector._kernels import injector_edge, injector_fire, injector_request
 from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, SAMPLING
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
-from rtec.verify.contract.exhaustive._box_state_kernels import NOW_PS, UNTIMED_PS, pack, unpack
+from rtec.verify.contract.exhaustive._box_state_kernels import NOW_PS, pack, unpack
 
 KEPT, ILLEGAL_CHANGE, TOO_CLOSE, WRONG_COUNT, UNFINISHED, TOO_LATE = 0, 1, 2, 3, 4, 5
 """What an event breaks of the contract."""
@@ -122,10 +123,12 @@ def take_edge(s: Record, m: Record, move: int, sides: int) -> None:
     if sides & AT_RECOGNISED:
         s.recognised_ps -= 1
     injector_edge(s, NOW_PS, level)
-    if m.motion != STANDING and move != m.direction:
+    if m.motion == STANDING:  # only the same direction is bound by the time from power-up
+        m.motion = m.classes - 1 if m.since >= m.begins[m.classes - 1] else FIRST
+    elif move != m.direction:
         m.motion = TURNED
     else:
-        m.motion = FIRST if m.motion == STANDING else MOVING
+        m.motion = MOVING
         for k in range(MOVING + 1, m.classes):
             if m.since >= m.begins[k]:
                 m.motion = k

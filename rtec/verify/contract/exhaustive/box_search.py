@@ -209,8 +209,7 @@ class BoxSearch:
         unread: int | None = None  # the last request, until its sign is looked at
         t_ps = free_ps = completed = asked = 0
         begun, looked = divmod(number, int(model.looks))
-        by = begun
-        sense = 1  # the encoder's state is by + sense * that of the model
+        by, sense = 0, 1  # the encoder's state is by + sense * that of the model
         for how in reversed(hows):
             kind, owed, sides, _ = events.event_of(how)
             before = {name: int(value) for name, value in fields_of(first, second).items()}
@@ -234,7 +233,7 @@ class BoxSearch:
                     seen[unread] = replace(seen[unread], total=asked)
                 else:
                     unread = len(seen)
-                    seen.append(Event(time_ps=asked_ps, total=asked, move=0, close=asked_ps in points))
+                    seen.append(Event(time_ps=asked_ps, total=asked, move=0, close=asked_ps in points[:-1]))
             unread = None if starts else unread
             free_ps = t_ps if looks else free_ps
             if kind in (events.UP, events.DOWN):

@@ -197,7 +197,7 @@ class ClassSearch:
                     yield asked, move, _BEFORE
                     yield asked, move, _AFTER
 
-    def _after(self, state: State, how: tuple[int, int, int]) -> State | None:  # noqa: C901, PLR0912 - one instant
+    def _after(self, state: State, how: tuple[int, int, int]) -> State | None:  # noqa: C901 - one instant
         """Return the state at the next point, or None where it breaks the contract."""
         values, ab_in, ab_out, wake, owed, since, direction, motion, off, off_for, line, line_for = state
         asked, move, _ = how
@@ -233,13 +233,7 @@ class ClassSearch:
         if (off and off_for > self._delay) or abs(off) > _MOST_OFF:
             return None
         if move:
-            begins = self.encoder.begins
-            if motion and move != direction:
-                motion = 2
-            else:
-                motion = max(
-                    (k for k in range(4, len(begins)) if since >= begins[k]), default=3 if motion else 1
-                )
+            motion = self.encoder.motion_after(motion, since, turns=move != direction)
             direction, since = move, 0
         after = (values, level, shown, points, asked - booked, since, direction, motion, off, off_for, line, line_for)
         if points == 0 or after == state:  # nothing will come any more by itself
