@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.verify.contract.built_in import BuiltIn
@@ -33,7 +34,8 @@ def main() -> None:
     while high / low > CLOSE:
         middle = float(f"{(low * high) ** 0.5:.4g}")
         found = verdict(given.design, given.processor, middle, given.states)
-        print(f"{middle / 1e3:.4g} kHz: {found.reason} ({found.seconds:.1f} s)", flush=True)
+        sys.stdout.write(f"{middle / 1e3:.4g} kHz: {found.reason} ({found.seconds:.1f} s)\n")
+        sys.stdout.flush()
         low, high = (middle, high) if found.ending is Ending.PROVED else (low, middle)
 
 

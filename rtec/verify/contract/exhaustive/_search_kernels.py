@@ -97,6 +97,22 @@ def enter(q: Record, states: States, table: Table, s: Record, m: Record, kind: i
             return
 
 
+@helper
+def expand(q: Record, states: States, table: Table, s: Record, m: Record, kind: int) -> bool:
+    """Enter all that follows from the next state by a kind of event; return whether nothing is broken."""
+    unpack(states[q.next].first, states[q.next].second, s, m)
+    if not may_come(s, m, kind):
+        return True
+    least, most, equal = least_owed(s, kind), most_owed(s, kind), equal_sides(s, m, kind)
+    for owed in range(least, most + 1):
+        for sides in range(8):
+            if sides & ~equal == 0:
+                enter(q, states, table, s, m, kind, owed, sides)
+                if q.broken != KEPT or m.wide == 1:
+                    return False
+    return True
+
+
 @kernel
 def search(q: Record, states: States, table: Table, s: Record, m: Record, most: int) -> int:
     """Find what follows from the next ``most`` states.
@@ -116,17 +132,8 @@ def search(q: Record, states: States, table: Table, s: Record, m: Record, most: 
         if q.found + MOST_NEW > states.size:
             return FULL
         for kind in range(DOWN, REQUEST + 1):
-            unpack(states[q.next].first, states[q.next].second, s, m)
-            if (kind == WAIT) != (q.end > 0) or not may_come(s, m, kind):
-                continue
-            least, most_of = least_owed(s, kind), most_owed(s, kind)
-            equal = equal_sides(s, m, kind)
-            for owed in range(least, most_of + 1):
-                for sides in range(8):
-                    if sides & ~equal == 0:
-                        enter(q, states, table, s, m, kind, owed, sides)
-                        if q.broken != KEPT or m.wide == 1:
-                            return BROKEN
+            if (kind == WAIT) == (q.end > 0) and not expand(q, states, table, s, m, kind):
+                return BROKEN
         q.next += 1
     return PAUSED
 

