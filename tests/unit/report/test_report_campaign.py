@@ -12,6 +12,7 @@ from rtec.errors import ArgumentError
 from rtec.report import campaign_tally
 from rtec.report.campaign import sentence, write_campaign
 from rtec.report.campaign_page import fill_page
+from rtec.report.figures_sobol import sobol_figure
 from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import Requirement, read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
@@ -94,6 +95,24 @@ def test_a_plan_of_one_combination_has_jobs_and_no_map(plan, tmp_path):
     )
     assert not list(tree.iter(f"{SVG}svg")) and "figures/map.svg" not in files_in(page.parent)
     assert len(list(page_of(page.parent / "jobs/001-all.html").iter(f"{XHTML}code"))) == 2
+
+
+def test_sobol_indices_are_drawn_as_long_as_they_are(tmp_path):
+    file = tmp_path / "ishigami.toml"
+    drawn = "\n".join(f'{name} = {{ from = -3.14, to = 3.14, draw = "sobol" }}' for name in "xyz")
+    file.write_text(f'job = "tests.campaign_jobs:ISHIGAMI"\nruns = 64\n[try]\n{drawn}\n')
+    found, page, tree = written(read_plan(str(file)), tmp_path / "out")
+    assert "figures/sobol-1.png" in files_in(page.parent) and len(list(tree.iter(f"{SVG}svg"))) == 1
+    value = [one for one in found.sensitivity if one.of == "value"]
+    figure = sobol_figure(value)
+    axes = figure.axes[0]
+    order = [label.get_text() for label in axes.get_yticklabels()]
+    by_name = {one.parameter: one for one in value}
+    assert order == sorted(by_name, key=lambda name: -by_name[name].total)
+    first, total = ([bar.get_width() for bar in bars] for bars in axes.containers)
+    assert (first, total) == ([by_name[name].first for name in order], [by_name[name].total for name in order])
+    ends = [tuple(line.get_xdata()) for line in axes.lines]
+    assert ends == [by_name[name].first_95 for name in order] + [by_name[name].total_95 for name in order]
 
 
 def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tmp_path):
