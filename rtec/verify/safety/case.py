@@ -99,7 +99,8 @@ class SafetyCase:
     def reasons(self) -> tuple[str, ...]:
         """Return why the case is not good, a line each."""
         soak = self.soak
-        found = [
+        found = list(self.matrix.wrong_twins)
+        found += [
             f"undetected error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, "
             f"run {trial.seed}"
             for trial in self.matrix.avoidable

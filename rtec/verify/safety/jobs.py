@@ -76,7 +76,7 @@ def inject(parameters: Parameters, seed: int, run: int) -> Record:
     beyond = next((where for one in both if (where := one.beyond_supervision(design)) is not None), None)
     activated = all(one.times > 0 for one in cell.fired)
     return record | {
-        "result": _result(trial.outcome, beyond, activated=activated),
+        "result": FAILED if trial.twin_fault else _result(trial.outcome, beyond, activated=activated),
         "beyond_supervision": beyond,
         "second_fired": cell.fired[1].times,
         "second_moment_ps": drawn[both[1]][0],
@@ -93,7 +93,7 @@ def trial_record(trial: Trial) -> Record:
     """Return a trial as numbers and words."""
     beyond = trial.variant.beyond_supervision(trial.design)
     return {
-        "result": _result(trial.outcome, beyond, activated=trial.fired > 0),
+        "result": FAILED if trial.twin_fault else _result(trial.outcome, beyond, activated=trial.fired > 0),
         "outcome": trial.outcome.value,
         "beyond_supervision": beyond,
         "fired": trial.fired,
@@ -105,6 +105,7 @@ def trial_record(trial: Trial) -> Record:
         "drift_counts": trial.drift_counts,
         "late_s": trial.late_s,
         "following_counts": trial.following_counts,
+        "twin_fault": trial.twin_fault,
     }
 
 

@@ -67,6 +67,8 @@ class Trial:
     """Time beyond the bound, more than in the fault-free run."""
     following_counts: float
     """What a check of the speed would have seen more than in the fault-free run."""
+    twin_fault: str | None
+    """What is wrong with the fault-free run itself, which makes the comparison worthless; None: nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,9 +170,20 @@ class Matrix:
         )
 
     @property
+    def wrong_twins(self) -> tuple[str, ...]:
+        """Return what is wrong with runs without a fault, a line each."""
+        return tuple(
+            dict.fromkeys(
+                f"{trial.phase.value}, design {trial.design.value}, run {trial.seed}: {trial.twin_fault}"
+                for trial in self.trials
+                if trial.twin_fault is not None
+            )
+        )
+
+    @property
     def good(self) -> bool:
-        """Return whether no undetected error is avoidable and every fault took effect."""
-        return not self.avoidable and not self.unproven
+        """Return whether no undetected error is avoidable, every fault took effect, and all is right without one."""
+        return not self.avoidable and not self.unproven and not self.wrong_twins
 
 
 def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda share: None) -> Matrix:
@@ -252,7 +265,16 @@ def judged(
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),
+        twin_fault=fault_of_twin(twin),
     )  # fmt: skip
+
+
+def fault_of_twin(twin: MonitoredCell) -> str | None:
+    """Return what is wrong with a run without a fault; None: nothing."""
+    stop = twin.stop(None)
+    if stop.by is not Stopper.NOBODY:
+        return f"stopped without a fault: {stop.reason}"
+    return "wrong counts without a fault" if any(is_wrong(axis, axis) for axis in twin.monitored) else None
 
 
 def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:
