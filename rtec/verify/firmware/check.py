@@ -18,6 +18,7 @@ from rtec.board import Microcontroller
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.readable import hertz_text
+from rtec.units import PS_PER_S
 from rtec.verify.contract import cases
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.results import Verdict
@@ -37,6 +38,9 @@ _LISTED_CYCLES = 40
 
 _LEAST_SETTLE_READINGS = 8
 """In which insertions are looked for where the suite has found none."""
+
+_COUNTS_OF_A_READING, _DECODER_HZ = 1_500, 500e3
+"""Of a fast axis whose position is checked: the decoder's 12 bits hold 2047 counts either way."""
 
 _OF_SUITE = 0.8
 """Of the time, which the progress shows."""
@@ -195,7 +199,8 @@ class _Campaign:
     def _of_the_box(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
-        travel_hz = speeds[-1] * (1.0 if self.plan.design.in_path else 4.0)
+        decoder_hz = _COUNTS_OF_A_READING * PS_PER_S / (4.0 * bench.reading_ps)
+        travel_hz = speeds[-1] if self.plan.design.in_path else min(decoder_hz, _DECODER_HZ)
 
         def bound(check: Callable[..., str], *more: object) -> Callable[[], str]:
             return partial(check, bench, home, *more)

@@ -145,6 +145,13 @@ MISTAKES = {
     "trips not counted": ("05 4B", "00 00", "probing", "0 trips counted"),
     "not modulo 4096": ("54 0F 30 E3 ..", "54 FF 30 E7 ..", "position", "instead of"),
     "home at any request": ("E5 32 45 33 70 ..", "E5 32 45 33 78 ..", "home", "home with a request of +1"),
+    # orl a,#F0h -> #F1h; mov POSITION+2,a at home -> nop; clr EA before the decoder is read -> setb
+    "sign of a fast axis": ("54 0F 30 E3 .. 44 F0", "54 0F 30 E3 .. 44 F1", "position", "instead of"),
+    "a byte kept at home": ("F5 42 D2 96", "00 00 D2 96", "home", "instead of 0 and 0"),
+    "probe between the bytes": ("C2 AF E2 FB", "D2 AF E2 FB", "probing", "after a probe trip"),
+    # jb F_FATAL,owed_none; jb F_PROBING,owed_none -> jb F_HALF, which the Original does not use
+    "owed though fatal": ("C2 02 20 01 ..", "C2 02 20 0B ..", "disbelief", "while steps are owed"),
+    "owed though probing": ("20 0A ..", "20 0B ..", "probing", "while steps are owed"),
     # setb P3.1 -> nop: the words change while they are said to be valid
     "always valid": ("D2 B1", "00 00", "words", "words change while Data Valid is high"),
     # setb IT1 -> clr P1.0
