@@ -30,6 +30,12 @@ def test_a_dip_that_no_tick_sees_is_none(line, count):
     assert received(settings, times, levels, at_ps=1040 * NS).count == count
 
 
+def test_two_edges_a_picosecond_closer_than_a_tick_may_fall_between_two():
+    assert received(ReceiverSettings(), [US, US + 20 * NS - 1], [1, 3]).count == 2  # the tick at 1 us sees A alone
+    both = received(ReceiverSettings(), [US + 1, US + 20 * NS], [1, 3])
+    assert (both.count, both.unresolved) == (0, 1)
+
+
 def test_far_from_time_zero_the_ticks_of_a_fast_clock_are_exact():
     settings = ReceiverSettings(filter_samples=2, clock_hz=10_000_000_000)
     for base in (-4 * 10**18, 4 * 10**18):
