@@ -7,7 +7,7 @@ something does not hold; what led there is played once more to say which instruc
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -22,8 +22,9 @@ from rtec.units import PS_PER_S
 from rtec.verify.contract import cases
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.results import Verdict
+from rtec.verify.contract.streams import Stream
 from rtec.verify.contract.suite import TRIES, check_algorithm
-from rtec.verify.contract.trials import Run, Trials
+from rtec.verify.contract.trials import Case, Run, Trials
 from rtec.verify.firmware import handshake
 from rtec.verify.firmware.algorithm import START, Firmware
 from rtec.verify.firmware.bench import Bench, BenchState
@@ -42,6 +43,7 @@ _LEAST_SETTLE_READINGS = 8
 _COUNTS_OF_A_READING, _DECODER_HZ = 1_500, 500e3
 """Of a fast axis whose position is checked: the decoder's 12 bits hold 2047 counts either way."""
 
+_TRIES_A_RAMP = 5
 _OF_SUITE = 0.8
 """Of the time, which the progress shows."""
 
@@ -286,10 +288,16 @@ class _Campaign:
             if self.slowest is None or latency_ps > self.slowest[0]:
                 self.slowest = latency_ps, run
             made += 1
-        speeds = " and ".join(hertz_text(speed) for speed in plan.speeds_hz)
-        self.checks.append(
-            Check(name=name, passed=True, detail=f"{made} steps at {speeds} made while the axis moves")
-        )
+        detail = f"{made} steps at {' and '.join(map(hertz_text, plan.speeds_hz))} made while the axis moves"
+        if not plan.design.in_path:  # its lines go through the program, which is slower than these
+            ramps = plan.tries // _TRIES_A_RAMP
+            for case in _ramps(trials, ramps, plan.seed):
+                run = trials.one(case)
+                if not run.right:
+                    self._fail_run(firmware, name, str(run), run)
+                    return
+            detail += f"; {ramps} times every count right while it accelerates"
+        self.checks.append(Check(name=name, passed=True, detail=detail))
 
     def _fail_run(self, firmware: Firmware, name: str, reason: str, run: Run) -> None:
         stimulus, violation = run.case.stream.stimulus(), run.judgement.violation
@@ -319,6 +327,31 @@ class _Campaign:
             worst_insertion_us=None if latency_ps is None else latency_ps / 1e6,
             worst_insertion_cycles=None if latency_ps is None else latency_ps * bench.cycle_den / bench.cycle_num,
         )
+
+
+def _ramps(trials: Trials, runs: int, seed: int) -> Iterator[Case]:
+    """Yield axes that leave a slow speed with the largest acceleration, one step asked for somewhere.
+
+    What was slow in the last reading and at the last transitions is fast in the insertion: a gate has to be right.
+    """
+    contract, generator = trials.contract, np.random.default_rng(seed)
+    for _ in range(runs):
+        slow_hz, fast_hz = contract.frequency_hz * generator.uniform((0.002, 0.06), (0.03, 0.6))
+        gain = contract.acceleration_hz_s * generator.uniform(0.2, 1.0)
+        counts = np.arange(int(2.0 * (fast_hz**2 - slow_hz**2) / gain) + 8)
+        ramp_s = (np.sqrt(slow_hz**2 + 0.5 * gain * counts) - slow_hz) / gain
+        before_s = np.arange(-generator.integers(4, 12), 0) / (4.0 * slow_hz)
+        edges_s = np.concatenate([before_s, ramp_s]) - before_s[0] + 2e-6
+        sign, way = generator.choice([1, -1], 2)
+        stream = Stream(
+            state=int(generator.integers(4)),
+            edges_ps=np.rint(edges_s * PS_PER_S).astype(np.int64),
+            moves=np.full(edges_s.size, way),
+            requests_ps=np.array([generator.uniform(edges_s[0], edges_s[-1]) * PS_PER_S], np.int64),
+            totals=np.array([sign]),
+            until_ps=round(edges_s[-1] * PS_PER_S) + trials.settle_ps,
+        )
+        yield trials.case(f"{sign:+d} step while the axis accelerates to {hertz_text(fast_hz)}", stream)
 
 
 def _from(bench: Bench, power_up: BenchState, done: tuple[Callable[[Bench], str], ...]) -> None:

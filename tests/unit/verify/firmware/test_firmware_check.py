@@ -208,6 +208,15 @@ def test_a_mistake_of_another_design_fails(design, old, new, name):
 
 
 @pytest.mark.usefixtures("no_speeds")
+def test_a_transition_that_went_by_while_it_armed_is_missed_where_the_axis_accelerates():
+    image = with_mistake(Design.A, "20 89 0F", "20 89 00")  # jb IE0,lost
+    plan = FirmwareCheckPlan(image=image, design=Design.A, microcontroller=CHIP, phases=1, tries=100)
+    failed = [check for check in check_firmware(plan).checks if not check.passed]
+    assert [check.name for check in failed] == ["inserts at speed"]
+    assert "while the axis accelerates" in failed[0].detail
+
+
+@pytest.mark.usefixtures("no_speeds")
 def test_a_board_with_a_hold_latch_needs_its_pin():
     image = with_mistake(Design.C, "C2 97", "00 00", every=True)  # clr P1.7
     _, without = judged(image, Design.C, hold_latch=False)
