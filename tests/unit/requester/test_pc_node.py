@@ -34,10 +34,10 @@ SWITCH_ON = 8
 class Desk:
     """A PC and a hand that plays the box."""
 
-    def __init__(self, setup=None):
-        table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
+    def __init__(self, setup=None, error_mm=0.004, limit_mm=0.0):
+        table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[error_mm] * 2, backlash_mm=0.0)
         self.pc = PcNode(
-            HandshakeSettings(), SupervisionLimits(), axis=1, predictor=table, count_mm=0.001,
+            HandshakeSettings(), SupervisionLimits(limit_mm=limit_mm), axis=1, predictor=table, count_mm=0.001,
             step_counts=4, word_limit=127,
             setup=setup,
         )  # fmt: skip
@@ -92,6 +92,16 @@ def node_at(home_mm, predictor, margin_mm=0.0):
     desk.cycle(NOT_HOMED, valid=0)
     desk.cycle(RUNNING)
     return desk
+
+
+@pytest.mark.parametrize("error_mm", [0.004, -0.004])
+def test_the_limit_of_the_deviation_holds_on_both_sides(error_mm):
+    active(Desk(error_mm=error_mm, limit_mm=0.004))
+    desk = Desk(error_mm=error_mm, limit_mm=0.003)
+    desk.cycle(NOT_HOMED, valid=0)
+    (request,) = desk.cycle(RUNNING)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.DEVIATION_LIMIT)
+    assert request.total == 0
 
 
 def test_positions_of_the_predictor_begin_at_home():
