@@ -16,6 +16,8 @@ ANSWER_CYCLES = 100_000
 """After reset the first words come within so many cycles."""
 
 _ANSWER_READINGS = 8
+_MANY_STEPS = 1_000
+"""Not all made in some readings, but by the fastest processors."""
 _TOO_FAST_HZ = 100e3, 500e3
 """Speeds at which a program inserts nothing, perhaps."""
 _GLANCES, _CLOSE_CYCLES = 16, 11
@@ -50,7 +52,8 @@ def _stays(bench: Bench, when: str, *, completed: int, readings: float = 6.0) ->
     begun = bench.received().count - bench.encoder_counts
     bench.run_readings(readings)
     now = bench.received().count - bench.encoder_counts
-    if now != begun or bench.words.completed != completed:
+    on_its_way = 1 if bench.design.in_path and bench.motion is not None else 0  # an edge, through the processor
+    if abs(now - begun) > on_its_way or bench.words.completed != completed:
         raise Failed(
             f"{when}: {now - begun:+d} counts inserted, {bench.words.completed - completed:+d} steps completed",
             bench.now_ps,
@@ -211,6 +214,12 @@ def switch(bench: Bench, home: BenchState) -> str:
     _expect(bench, OK, "switch closed again")
     _inserted(bench, 1, "switch closed again")
     owed = _owed_waits(bench, home, "switch opened", lambda: bench.board.switch(False))
+    bench.go_back(home)
+    bench.board.ask(min(bench.design.word_limit, _MANY_STEPS), large=True)
+    bench.run_readings(2.0)
+    bench.board.switch(False)
+    bench.run_readings(1.0)
+    _stays(bench, "switch opened during a large correction", completed=bench.words.completed, readings=2.0)
     bench.board.switch(True)
     return f"open: {says(DISABLED)}, nothing inserted; closed: made{owed}"
 

@@ -151,6 +151,8 @@ MISTAKES = {
     "probe between the bytes": ("C2 AF E2 FB", "D2 AF E2 FB", "probing", "after a probe trip"),
     # jb F_FATAL,owed_none; jb F_PROBING,owed_none -> jb F_HALF, which the Original does not use
     "owed though fatal": ("C2 02 20 01 ..", "C2 02 20 0B ..", "disbelief", "while steps are owed"),
+    # jb P3.0,owed_none: only while steps are made is it asked without a reading
+    "owed though opened": ("20 B0 ..", "20 0B ..", "switch", "switch opened"),
     "owed though probing": ("20 0A ..", "20 0B ..", "probing", "while steps are owed"),
     # setb P3.1 -> nop: the words change while they are said to be valid
     "always valid": ("D2 B1", "00 00", "words", "words change while Data Valid is high"),
