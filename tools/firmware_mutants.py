@@ -19,9 +19,9 @@ from firmware_model.isa.disassembler import Line, disassemble, disassemble_image
 from firmware_model.isa.table import Operand
 from rtec.board import Microcontroller
 from rtec.injector import Design
-from rtec.verify.firmware.bench import Bench
+from rtec.verify.bench import Bench, Failed
 from rtec.verify.firmware.check import FirmwareCheckPlan, _Campaign, check_firmware
-from rtec.verify.firmware.contract import Failed
+from rtec.verify.firmware.handshake import START
 
 CHIP = Microcontroller.named("8051-12mhz")
 SEED = 43
@@ -144,18 +144,15 @@ def found_by(mutant: FirmwareMutant) -> str:
 
 def of_the_box(plan: FirmwareCheckPlan) -> str:
     """Return the first check that fails, without those of the insertions; "" where none does."""
-    campaign = _Campaign(plan, lambda share: None)
     bench = Bench(plan.design, plan.microcontroller, plan.image, hold_latch=True)
-    campaign._start(bench)
-    failed = next((check.name for check in campaign.checks if check.passed is False), "")
-    if failed:
-        return failed
-    for name, check in campaign._of_the_box(bench, bench.keep()):
+    for name, check in START.items():
         try:
-            check()
+            check(bench)
         except Failed:
             return name
-    return ""
+    campaign = _Campaign(plan, lambda share: None, bench)
+    campaign._of_the_box(bench.keep())
+    return next((check.name for check in campaign.checks if check.passed is False), "")
 
 
 def notes() -> dict[str, tuple[str, str]]:

@@ -24,9 +24,16 @@ FAULTS = (
     "disable-switch-thrown", "probe-trip",
 )  # fmt: skip
 """Classes of ``rtec safety``."""
+OPEN_FAULTS = (
+    "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches", "power-lost", "box-restarted",
+    "disable-switch-thrown", "a-stuck-low", "a-stuck-high", "b-stuck-low", "b-stuck-high", "glitch-on-a",
+    "glitch-on-b", "noise-burst", "missed-edge", "phase-error", "duty-error", "processor-hung", "clock-fast",
+    "clock-slow", "hold-latch-stuck-closed", "hold-latch-stuck-open", "request-corrupted",
+)  # fmt: skip
+"""Of ``rtec simulate``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
-CAMPAIGNS = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+CAMPAIGNS = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (

@@ -16,8 +16,9 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io import Section, parse_toml, read_text
 from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
+from rtec.verify.campaign.own_files import OwnFile
 
-BUILT_IN = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+BUILT_IN = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans that come with rtec, each a file of this folder."""
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
@@ -227,6 +228,8 @@ class Plan:
             tried = self.grid.get(one.name, ())
             if isinstance(one, Choice):
                 meant_here: Sequence[Value] = one.meant(text if named else word)
+            elif isinstance(one, OwnFile):
+                meant_here = [value for value in tried if str(value).partition("#")[0] == text]
             else:
                 meant_here = one.read(_plain(text), f"--only {key}")
             values = [value for value in meant_here if value in tried]
@@ -305,6 +308,9 @@ def read_plan(word: str) -> Plan:
             drawn[one.name] = _drawn(tried, one, given)
         else:
             grid[one.name] = one.usual if given is None else _values(tried, one, given)
+        if isinstance(one, OwnFile) and grid[one.name] != one.usual and not tried.has(one.beside):
+            allowed = f"{one.beside} beside it: the one whose step and states it has"
+            raise tried.refused(one.key, allowed, problem="stands alone")
     rules = top.raw("only")
     if not isinstance(rules, list):
         raise FileFormatError(path, None, "only is no list of tables", "[[only]]")
@@ -326,7 +332,8 @@ def _values(tried: Section, one: Parameter, given: object) -> tuple[Value, ...]:
             raise ArgumentError(where, "a table", "words: they have no range")
         return _points(tried, one, given)
     every = given if isinstance(given, list) else [given]
-    found = dict.fromkeys(value for each in every for value in one.read(each, where))
+    folder = (Path(tried.path).parent,) if isinstance(one, OwnFile) else ()
+    found = dict.fromkeys(value for each in every for value in one.read(each, where, *folder))
     if not found:
         raise ArgumentError(where, "an empty list", "at least one value")
     return tuple(found)

@@ -6,14 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper, kernel
-from rtec.injector._state_kernels import ARMED, SAMPLING
-from rtec.verify.contract.exhaustive._box_instant_kernels import (
+from rtec.injector._state_kernels import ARMED, IDLE, SAMPLING
+from rtec.verify.contract.exhaustive._box_event_kernels import (
+    DOWN,
+    FIRE,
+    KEPT,
+    REQUEST,
+    UP,
+    WAIT,
+    carry_out,
+    code_of,
     equal_sides,
-    instant,
-    may_move,
-    wait,
+    inserts_here,
+    least_owed,
+    may_come,
+    most_owed,
 )
-from rtec.verify.contract.exhaustive._box_state_kernels import pack, unpack
+from rtec.verify.contract.exhaustive._box_state_kernels import NOW_PS, unpack
 
 DONE, PAUSED, FULL, BROKEN = 0, 1, 2, 3
 """How a stretch of the search ends."""
@@ -21,15 +30,20 @@ MOST_NEW = 20_000
 """Successors of one state, at most; there are some hundreds."""
 EMPTY = -1
 
+States = NDArray[np.void]
+Table = NDArray[np.int32]
+
+STATE = np.dtype([("first", np.int64), ("second", np.int64), ("parent", np.int32), ("how", np.int32)])
+"""A state, and how it was found."""
 SEARCH = np.dtype(
     [
         ("found", np.int64),  # states
-        ("next", np.int64),  # the first whose successors are not known
+        ("begin", np.int64),  # the first of those at this point of time
+        ("end", np.int64),  # behind the last of them, once what can happen at this point is known; else 0
+        ("next", np.int64),  # the next of them to be looked at
         ("made", np.int64),  # successors, with those that were known
-        ("broken", np.int64),  # what the last successor breaks
-        ("parent", np.int64),  # its state, and how it follows from it
-        ("how", np.int64),
-        ("wide", np.int64),
+        ("how", np.int64),  # the last one
+        ("broken", np.int64),
     ],
     align=True,
 )
@@ -46,165 +60,89 @@ def place_of(a: int, b: int, mask: int) -> int:
 
 
 @helper
-def place(words: NDArray[np.int64], states: NDArray[np.int64], table: NDArray[np.int32], count: int) -> int:
-    """Return the number of a state; of a new one, which is entered, ``count``."""
+def place(first: int, second: int, states: States, table: Table) -> int:
+    """Return the place of a state in the table, which is empty where it is a new one."""
     mask = table.size - 1
-    at = place_of(words[0], words[1], mask)
+    at = place_of(first, second, mask)
     while table[at] != EMPTY:
-        known = table[at]
-        if states[known, 0] == words[0] and states[known, 1] == words[1]:
-            return int(known)
-        at = (at + 1) & mask
-    table[at] = count
-    states[count, 0] = words[0]
-    states[count, 1] = words[1]
-    return count
-
-
-@kernel
-def enter_all(states: NDArray[np.int64], count: int, table: NDArray[np.int32]) -> None:
-    """Fill an empty table with states that are all different."""
-    mask = table.size - 1
-    for k in range(count):
-        at = place_of(states[k, 0], states[k, 1], mask)
-        while table[at] != EMPTY:
-            at = (at + 1) & mask
-        table[at] = k
-
-
-@helper
-def code_of(owed: int, move: int, order: int, other_side: int, look: int) -> int:
-    """Return one number for what happens at an instant."""
-    return (((look * 16 + owed + 8) * 4 + move + 1) * 8 + order) * 16 + other_side
-
-
-@helper
-def is_another(order: int, due: bool, moves: bool, asks: bool) -> bool:
-    """Return whether an order differs from those before it, with what there is at this instant."""
-    if moves and asks:
-        return due or order == 4  # of two, an edge before a request
-    if moves:  # without a request: the edge before the box's event
-        return due and order == 1
-    return asks and due and order == 2
-
-
-@helper
-def enter(
-    q: Record,
-    states: NDArray[np.int64],
-    parents: NDArray[np.int32],
-    hows: NDArray[np.int32],
-    table: NDArray[np.int32],
-    words: NDArray[np.int64],
-    s: Record,
-    m: Record,
-    now_ps: int,
-    how: int,
-) -> int:
-    """Enter the state that an instant ended with; return its number, or -1 where something is broken."""
-    q.made += 1
-    if q.broken == 0:
-        pack(s, m, now_ps, words)
-    if q.broken != 0 or m.wide == 1:
-        q.parent, q.how, q.wide = q.next, how, m.wide
-        return -1
-    number = place(words, states, table, q.found)
-    if number == q.found:
-        parents[number] = q.next
-        hows[number] = how
-        q.found += 1
-    return number
-
-
-@helper
-def branch(
-    q: Record,
-    states: NDArray[np.int64],
-    parents: NDArray[np.int32],
-    hows: NDArray[np.int32],
-    silent: NDArray[np.int32],
-    table: NDArray[np.int32],
-    words: NDArray[np.int64],
-    s: Record,
-    m: Record,
-    orders: NDArray[np.int64],
-    owed: int,
-    move: int,
-) -> bool:
-    """Enter what follows from the next state by a request and an edge, or none, at every look and in every order."""
-    for look in range(m.looks):
-        looked = False
-        for order in range(orders.shape[0]):
-            now_ps = wait(m, unpack(states[q.next], s, m))
-            asks = owed != s.requested - s.completed
-            due = s.next_ps <= now_ps
-            if order > 0 and not is_another(order, due, move != 0, asks):
-                continue
-            s.poll_offset_ps = (now_ps - look * m.grid_ps) % s.poll_ps if s.poll_ps > 0 else 0
-            sides = equal_sides(s, now_ps, move != 0, asks)
-            for other_side in range(16):
-                if other_side & ~sides:
-                    continue
-                if other_side > 0:
-                    unpack(states[q.next], s, m)
-                    wait(m, now_ps)
-                how = code_of(owed, move, order, other_side, look)
-                q.broken = instant(s, m, now_ps, owed, move, order, other_side, orders)
-                number = enter(q, states, parents, hows, table, words, s, m, now_ps, how)
-                if number < 0:
-                    return False
-                if not asks and move == 0 and look == 0:
-                    silent[q.next] = number
-                looked = looked or s.phase == ARMED or s.phase == SAMPLING
-        if not looked:
+        known = states[table[at]]
+        if known.first == first and known.second == second:
             break
-    return True
+        at = (at + 1) & mask
+    return int(at)
 
 
 @kernel
-def search(
-    q: Record,
-    states: NDArray[np.int64],
-    parents: NDArray[np.int32],
-    hows: NDArray[np.int32],
-    silent: NDArray[np.int32],
-    table: NDArray[np.int32],
-    words: NDArray[np.int64],
-    s: Record,
-    m: Record,
-    orders: NDArray[np.int64],
-    until: int,
-) -> int:
-    """Find the successors of states up to number ``until``; ``silent`` are those without an input."""
-    while q.next < q.found:
-        if q.next >= until:
-            return PAUSED
-        if q.found + MOST_NEW > states.shape[0]:
+def enter_all(states: States, count: int, table: Table) -> None:
+    """Fill an empty table with states that are all different."""
+    for k in range(count):
+        table[place(states[k].first, states[k].second, states, table)] = k
+
+
+@helper
+def enter(q: Record, states: States, table: Table, s: Record, m: Record, kind: int, owed: int, sides: int) -> None:
+    """Enter what follows from the next state by an event, at every look."""
+    for look in range(m.looks):
+        unpack(states[q.next].first, states[q.next].second, s, m)
+        q.broken = carry_out(s, m, kind, owed, sides, look)
+        q.how = code_of(kind, owed, sides, look)
+        q.made += 1
+        if q.broken != KEPT or m.wide == 1:
+            return
+        at = place(m.first, m.second, states, table)
+        if table[at] == EMPTY:
+            table[at] = q.found
+            new = states[q.found]
+            new.first, new.second, new.parent, new.how = m.first, m.second, q.next, q.how
+            q.found += 1
+        if kind == WAIT or (s.phase != ARMED and s.phase != SAMPLING):
+            return
+
+
+@kernel
+def search(q: Record, states: States, table: Table, s: Record, m: Record, most: int) -> int:
+    """Find what follows from the next ``most`` states.
+
+    All states at a point of time are found, then those a point later: so the first that is wrong is the nearest.
+    """
+    for _ in range(most):
+        if q.next == (q.end if q.end > 0 else q.found):
+            if q.end > 0:
+                q.begin, q.end = q.end, 0
+            else:
+                q.end = q.found
+            q.next = q.begin
+            if q.begin == q.found:
+                return DONE
+            continue
+        if q.found + MOST_NEW > states.size:
             return FULL
-        for move in range(-1, 2):
-            for asked in range(-m.window - 1, m.window + 1):
-                wait(m, unpack(states[q.next], s, m))
-                if move != 0 and not may_move(m, move):
-                    break
-                owed = s.requested - s.completed
-                if asked >= -m.window:
-                    if asked == owed:
-                        continue
-                    owed = asked
-                if not branch(q, states, parents, hows, silent, table, words, s, m, orders, owed, move):
-                    return BROKEN
+        for kind in range(DOWN, REQUEST + 1):
+            unpack(states[q.next].first, states[q.next].second, s, m)
+            if (kind == WAIT) != (q.end > 0) or not may_come(s, m, kind):
+                continue
+            least, most_of = least_owed(s, kind), most_owed(s, kind)
+            equal = equal_sides(s, m, kind)
+            for owed in range(least, most_of + 1):
+                for sides in range(8):
+                    if sides & ~equal == 0:
+                        enter(q, states, table, s, m, kind, owed, sides)
+                        if q.broken != KEPT or m.wide == 1:
+                            return BROKEN
         q.next += 1
-    return DONE
+    return PAUSED
 
 
 @kernel
-def follow(
-    words: NDArray[np.int64], how: int, s: Record, m: Record, orders: NDArray[np.int64], out: NDArray[np.int64]
-) -> int:
-    """Carry out one instant from a state, and write the next one down; return what it breaks."""
-    now_ps = wait(m, unpack(words, s, m))
-    owed, move, look = ((how >> 9) & 15) - 8, ((how >> 7) & 3) - 1, how >> 13
-    s.poll_offset_ps = (now_ps - look * m.grid_ps) % s.poll_ps if s.poll_ps > 0 else 0
-    broken = instant(s, m, now_ps, owed, move, (how >> 4) & 7, how & 15, orders)
-    pack(s, m, now_ps, out)
-    return broken
+def settle(states: States, count: int, table: Table, s: Record, m: Record, owed: int, after: Table) -> None:
+    """Find what each state becomes by itself with so much owed: itself where a step is booked, or nothing changes."""
+    for k in range(count):
+        after[k] = k
+        unpack(states[k].first, states[k].second, s, m)
+        planned = s.phase == ARMED and s.recognised_ps >= NOW_PS
+        if (owed == 0 and planned) or (owed != 0 and s.phase == IDLE and inserts_here(s)):
+            continue  # this much is not owed here
+        kind = FIRE if may_come(s, m, FIRE) else WAIT
+        carry_out(s, m, kind, owed if least_owed(s, kind) < 0 else min(abs(owed), most_owed(s, kind)), 0, 0)
+        if m.booked == 0:
+            after[k] = table[place(m.first, m.second, states, table)]

@@ -12,19 +12,16 @@ import numpy as np
 from rtec._jit import new_record
 from rtec.errors import ArgumentError
 from rtec.injector import InjectorSettings, _kernels
-from rtec.injector._state_kernels import ARMED, IDLE, INJECTOR
+from rtec.injector._state_kernels import ARMED, IDLE, INJECTOR, LETTING_GO, WRITING
+from rtec.signal._kernels import level_of_state, state_of_level
 from rtec.verify.contract.contract import Contract
-from rtec.verify.contract.exhaustive import _search_kernels as kernels
-from rtec.verify.contract.exhaustive._box_instant_kernels import ORDERS
-from rtec.verify.contract.exhaustive._box_state_kernels import MODEL, NOW_PS, pack_state, unpack_state
+from rtec.verify.contract.exhaustive import _box_event_kernels as events, _search_kernels as kernels
+from rtec.verify.contract.exhaustive._box_state_kernels import MODEL, fields_of
 from rtec.verify.contract.exhaustive.encoder import EncoderModel
 from rtec.verify.contract.exhaustive.result import Ending, Event, Way
 
-WINDOW = 3
-"""Steps that can be owed, either way: the report's window."""
 _STRETCH = 100_000
 _FIRST_ROOM = 1 << 17
-_START_LEVELS = (0, 1, 3, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +37,7 @@ class Grid:
     """
 
     grid_ps: int
-    """It divides all times of the box."""
+    """It divides all times of the box, except that of its speed gate."""
     quiet: int
     """Points after which only the clock of a rest tells two times apart."""
     rest: int
@@ -58,25 +55,17 @@ class Grid:
         timing, design = settings.timing, settings.design
         copies_ps = timing.latency_ps if design.in_path else 0
         gate_ps = timing.gate_ps(design)
-        own = (
-            timing.decide_ps,
-            timing.step_ps,
-            timing.recover_ps,
-            timing.rest_ps,
-            timing.poll_ps,
-            copies_ps,
-            gate_ps,
-        )
+        own = (timing.decide_ps, timing.step_ps, timing.recover_ps, timing.rest_ps, timing.poll_ps, copies_ps)
         grid_ps = math.gcd(*own, timing.poll_offset_ps)
-        while grid_ps > contract.turn_ps:  # a turn takes a point at least
+        shortest_ps = round(contract.quarter_ps * (1.0 - contract.jitter))
+        while grid_ps > shortest_ps:  # two edges of one direction are a point apart at least
             grid_ps //= next(k for k in range(2, grid_ps + 1) if grid_ps % k == 0)
         if finer < 1 or grid_ps % finer:
             raise ArgumentError("finer", finer, f"a divisor of {grid_ps} ps")
         grid_ps //= finer
-        shortest_ps = round(contract.quarter_ps * (1.0 - contract.jitter))
         busy_ps = 2 * (timing.poll_ps + copies_ps) + timing.decide_ps + timing.recover_ps
         busy_ps += (design.step_counts + 1) * timing.step_ps
-        longest_ps = max(busy_ps, gate_ps, contract.separation_ps, contract.turn_ps, 2 * shortest_ps)
+        longest_ps = max(busy_ps, gate_ps + 2 * grid_ps, contract.separation_ps, contract.turn_ps, 2 * shortest_ps)
         quiet = -(-longest_ps // grid_ps)
         begins = EncoderModel.of(contract, grid_ps=grid_ps, quiet=quiet).begins[-1]
         return cls(grid_ps=grid_ps, quiet=quiet, rest=min(max(quiet, begins) + 2, timing.rest_ps // grid_ps))
@@ -91,8 +80,6 @@ class BoxSearch:
         Design, timing and choices.
     contract
         What is asked of it, and what the axis does.
-    window
-        Steps that can be owed, either way.
     finer
         How much finer than the coarsest grid that divides all its times.
 
@@ -101,36 +88,35 @@ class BoxSearch:
     >>> from rtec.injector import Design, Processor, RealEdges, Timing
     >>> timing = Timing.of(Design.C, Processor.FAST)
     >>> box = InjectorSettings(design=Design.C, timing=timing, real_edges=RealEdges.HOLD)
-    >>> search = BoxSearch(box, Contract.of(Design.C), window=1)
-    >>> search.run(), search.found > 100_000
+    >>> search = BoxSearch(box, Contract.of(Design.C))
+    >>> search.run(), search.found > 10_000
     (<Ending.PROVED: 'proved'>, True)
     """
 
-    def __init__(
-        self, settings: InjectorSettings, contract: Contract, *, window: int = WINDOW, finer: int = 1
-    ) -> None:
-        self.settings, self.contract, self.window = settings, contract, window
+    def __init__(self, settings: InjectorSettings, contract: Contract, *, finer: int = 1) -> None:
+        self.settings, self.contract = settings, contract
         self.grid = Grid.of(settings, contract, finer=finer)
         grid_ps = self.grid.grid_ps
         self.encoder = EncoderModel.of(contract, grid_ps=grid_ps, quiet=self.grid.quiet)
         self._box, self._model, self._at = new_record(INJECTOR), new_record(MODEL), new_record(kernels.SEARCH)
         timing = replace(settings.timing, rest_ps=self.grid.rest * grid_ps)
         replace(settings, timing=timing).fill(self._box)
+        self._box.gate_ps = settings.timing.gate_ps(settings.design)
         model = self._model
-        model.grid_ps, model.window, model.step_counts = grid_ps, window, contract.step_counts
+        model.grid_ps, model.step_counts = grid_ps, contract.step_counts
+        model.gate = -(-int(self._box.gate_ps) // grid_ps) + 1
         model.classes, model.longest = len(self.encoder.begins), self.grid.rest
         for name in ("begins", "least_same", "least_turn"):
             model[name][: model.classes] = getattr(self.encoder, name)
         model.separation = -(-contract.separation_ps // grid_ps)
         model.delay = contract.delay_ps // grid_ps
-        model.looks = max(timing.poll_ps // grid_ps, 1)
-        self._states = np.zeros((0, 2), np.int64)
-        self._parents, self._hows, self._silent = (np.zeros(0, np.int32) for _ in range(3))
+        model.looks = max(2 * timing.poll_ps // grid_ps, 1)
+        self._states, self._table = np.zeros(0, kernels.STATE), np.zeros(0, np.int32)
         self._make_room(_FIRST_ROOM)
-        for level in _START_LEVELS:
-            _kernels.reset(self._box, level)
-            self._box.last_edge_ps = NOW_PS  # as `BuiltIn`: a rest counts only once it was seen
-            pack_state(self._box, model, NOW_PS, self._states[int(self._at.found)])
+        for state in range(4 if settings.design.one_state else 1):  # elsewhere all four are alike
+            _kernels.reset(self._box, level_of_state(state))
+            events.begin(self._box, model)
+            self._states[state] = model.first, model.second, -1, 0
             self._at.found += 1
         kernels.enter_all(self._states, self.found, self._table)
 
@@ -142,7 +128,7 @@ class BoxSearch:
     @property
     def waiting(self) -> int:
         """Return how many of them wait for their successors to be found."""
-        return int(self._at.found - self._at.next)
+        return int(self._at.found - (self._at.next if self._at.end else self._at.begin))
 
     @property
     def made(self) -> int:
@@ -152,7 +138,7 @@ class BoxSearch:
     @property
     def delay_ps(self) -> int:
         """Return the longest time for which a count was behind in the states found."""
-        return int((self._states[: self.found, 1] & 16383).max()) * self.grid.grid_ps
+        return int(self._fields()["off_for"].max()) * self.grid.grid_ps
 
     def run(
         self,
@@ -169,14 +155,10 @@ class BoxSearch:
             A value that the words of a state do not hold.
         """
         end = time.monotonic() + most_s
-        words = np.zeros(2, np.int64)
         while True:
-            how = kernels.search(
-                self._at, self._states, self._parents, self._hows, self._silent, self._table, words, self._box,
-                self._model, ORDERS, int(self._at.next) + _STRETCH,
-            )  # fmt: skip
+            how = kernels.search(self._at, self._states, self._table, self._box, self._model, _STRETCH)
             progress(self.found)
-            if self._at.wide:
+            if self._model.wide:
                 raise ArithmeticError("a value of the model does not fit its bits")
             if how == kernels.DONE:
                 return Ending.PROVED if self._comes_to_rest() and self._can_stand_still() else Ending.UNDECIDED
@@ -185,11 +167,11 @@ class BoxSearch:
             if self.found > most_states or time.monotonic() > end:
                 return Ending.UNDECIDED
             if how == kernels.FULL:
-                self._make_room(2 * self._states.shape[0])
+                self._make_room(2 * self._states.size)
 
     def way(self) -> Way:
         """Return the shortest way to the state that is wrong, as the events outside the box."""
-        return self._way(int(self._at.parent), [int(self._at.how)])
+        return self._way(int(self._at.next), [int(self._at.how)])
 
     def way_to(self, number: int) -> Way:
         """Return the shortest way to one of the states found, by its number in the order of finding."""
@@ -197,68 +179,96 @@ class BoxSearch:
 
     def _way(self, number: int, hows: list[int]) -> Way:
         """Return the way to a state, and what happens from there on."""
-        while self._parents[number] >= 0:
-            hows.append(int(self._hows[number]))
-            number = int(self._parents[number])
-        words, after = self._states[number].copy(), np.zeros(2, np.int64)
-        grid_ps, stands = self.grid.grid_ps, self.grid.rest - 2
-        longer_ps = self.settings.timing.rest_ps - self.grid.rest * grid_ps
-        events, t_ps, completed = [], 0, 0
+        while self._states[number]["parent"] >= 0:
+            hows.append(int(self._states[number]["how"]))
+            number = int(self._states[number]["parent"])
+        model, grid_ps, timing = self._model, self.grid.grid_ps, self.settings.timing
+        first, second = self._states[number]["first"], self._states[number]["second"]
+        seen: list[Event] = []
+        points: list[int] = []  # of all that happened
+        unread: int | None = None  # the last request, until its sign is looked at
+        t_ps = free_ps = completed = asked = 0
+        begun = by = number
+        sense = 1  # the encoder's state is by + sense * that of the model
         for how in reversed(hows):
-            since = int(words[1]) >> 50
-            t_ps += grid_ps + (longer_ps if since == stands else 0)
-            owed_before = ((int(words[1]) >> 32) & 15) - self.window - 1
-            kernels.follow(words, how, self._box, self._model, ORDERS, after)
-            owed, move = ((how >> 9) & 15) - 8, ((how >> 7) & 3) - 1
-            close = how & 127 != 0
-            if owed != owed_before:
-                events.append(Event(time_ps=t_ps, total=completed + owed, move=0, close=close))
-            if move:
-                events.append(Event(time_ps=t_ps, total=0, move=move, close=close))
-            completed += int(self._model.booked)
-            words, after = after, words
+            kind, owed, sides, _ = events.event_of(how)
+            before = {name: int(value) for name, value in fields_of(first, second).items()}
+            events.follow(first, second, how, self._box, model)
+            first, second = int(model.first), int(model.second)
+            if kind == events.WAIT:
+                stands = before["since"] == self.grid.rest - 2
+                t_ps += grid_ps + (timing.rest_ps - self.grid.rest * grid_ps if stands else 0)
+                continue
+            points.append(t_ps)
+            completed += sense * int(model.booked)
+            have, wanted = asked - completed, sense * owed
+            starts = kind == events.FIRE and before["phase"] == ARMED
+            if starts and not owed:  # taken back behind the look, else it would have been dropped
+                free_ps = max(free_ps, t_ps - timing.decide_ps)
+            looks = starts or model.booked or before["phase"] in (IDLE, LETTING_GO, WRITING)
+            if looks and (np.sign(have) != wanted if starts else bool(have) != bool(wanted)):
+                asked = completed + wanted
+                asked_ps = t_ps if kind == events.REQUEST else (free_ps + t_ps) // 2
+                if have * wanted < 0 and unread is not None:  # it might as well have been this one from the start
+                    seen[unread] = replace(seen[unread], total=asked)
+                else:
+                    unread = len(seen)
+                    seen.append(Event(time_ps=asked_ps, total=asked, move=0, close=asked_ps in points))
+            unread = None if starts else unread
+            free_ps = t_ps if looks else free_ps
+            if kind in (events.UP, events.DOWN):
+                seen.append(Event(time_ps=t_ps, total=0, move=sense * (kind - events.WAIT), close=sides != 0))
+            by, sense = by + sense * int(model.by), sense * int(model.sense)
+        crowded = {t for t in points if points.count(t) > 1}
+        state = by + sense * state_of_level(int(fields_of(first, second)["levels"]))
         return Way(
-            state=number, events=tuple(events), end_ps=t_ps, looks=int(self._model.looks), grid_ps=grid_ps,
-            completed=completed, levels=(int(words[0]) >> 17) & 3,
-        )  # fmt: skip
+            state=begun,
+            events=tuple(replace(each, close=each.close or each.time_ps in crowded) for each in seen),
+            end_ps=t_ps,
+            looks=max(timing.poll_ps // grid_ps, 1),
+            grid_ps=grid_ps,
+            completed=completed,
+            levels=int(level_of_state(state & 3)),
+        )
+
+    def _fields(self) -> dict[str, np.ndarray]:
+        found = self._states[: self.found]
+        return fields_of(found["first"], found["second"])
 
     def _make_room(self, room: int) -> None:
-        known = self._states.shape[0]
-        states = np.zeros((room, 2), np.int64)
-        states[:known] = self._states
+        states = np.zeros(room, kernels.STATE)
+        states[: self._states.size] = self._states
         self._states = states
-        for name in ("_parents", "_hows", "_silent"):
-            numbers = np.full(room, -1, np.int32)
-            numbers[:known] = getattr(self, name)
-            setattr(self, name, numbers)
         self._table = np.full(2 * room, kernels.EMPTY, np.int32)
         kernels.enter_all(self._states, self.found, self._table)
 
     def _comes_to_rest(self) -> bool:
-        """Return whether from every state, with no more edges and requests, the box comes to rest.
+        """Return whether from every state, with no more edges and requests, the box comes to rest or books a step.
 
-        There the count is right and nothing is owed that it could insert: else the search would have ended there.
+        At rest the count is right and nothing is owed that it could insert: else the search would have ended there.
         """
-        silent = self._silent[: self.found]
-        after = silent
-        for _ in range(int(self.found).bit_length()):
-            after = after[after]
-        return bool((silent[after] == after).all())
+        for owed in (-1, 0, 1):
+            alone = np.zeros(self.found, np.int32)
+            kernels.settle(self._states, self.found, self._table, self._box, self._model, owed, alone)
+            after = alone
+            for _ in range(self.found.bit_length()):
+                after = after[after]
+            if (alone[after] != after).any():
+                return False
+        return True
 
     def _can_stand_still(self) -> bool:
         """Return whether, late in a rest, nothing but the clock of the rest tells one point from the next.
 
         So any number of points may be left out there, and the shortened rest shows what the whole one does.
         """
-        found = self._states[: self.found]
         if self.grid.rest * self.grid.grid_ps == self.settings.timing.rest_ps:
             return True
         stands = self.grid.rest - 2
-        timing, design = self.settings.timing, self.settings.design
-        gate = timing.gate_ps(design) // self.grid.grid_ps
-        decide = timing.decide_ps // self.grid.grid_ps
-        fields = unpack_state(found[found[:, 1] >> 50 == stands])
+        decide = self.settings.timing.decide_ps // self.grid.grid_ps
+        fields = self._fields()
         waits = (fields["phase"] == IDLE) | ((fields["phase"] == ARMED) & (fields["after"] >= 2 + decide))
-        quiet = (fields["ready"] == 0) & (fields["off"] == 0) & (fields["out_line"] == 0) & (fields["before"] >= gate)
+        quiet = (fields["ready"] < 0) & (fields["off"] == 0) & (fields["out_line"] == 0)
+        quiet &= fields["before"] >= self._model.gate if self._model.gate > 1 else True
         enough = max(*self.encoder.least_same, *self.encoder.least_turn, *self.encoder.begins) <= stands
-        return enough and bool((waits & quiet).all())
+        return enough and bool((waits & quiet)[fields["since"] == stands].all())

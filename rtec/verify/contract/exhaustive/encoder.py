@@ -9,6 +9,11 @@ from rtec.verify.contract._stream_kernels import fastest_hz, too_soon
 from rtec.verify.contract.contract import Contract
 
 
+MOVING = 3
+_SPEEDS = 60
+"""Classes of a motion that goes on: by the time between its last two edges, each time a bit slower."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncoderModel:
     """Least times between two edges, in points of the grid, by the class of the motion before.
@@ -42,7 +47,7 @@ class EncoderModel:
         jitter_ps = contract.jitter * contract.quarter_ps
         gain = float(contract.acceleration_hz_s)
         shortest = round(contract.quarter_ps - jitter_ps) // grid_ps
-        turn = max(contract.turn_ps // grid_ps, 1)
+        turn = contract.turn_ps // grid_ps
 
         def least_after(fastest: float, most: int = quiet) -> int:
             """Return the whole points after which a count is possible from that speed, up to so many."""
@@ -55,14 +60,18 @@ class EncoderModel:
             return least_after(fastest_hz(interval * grid_ps, True, gain, jitter_ps))
 
         turned_hz = math.sqrt(gain / 2.0)
-        goal = min(quiet, max(shortest, 7 * least_after(turned_hz, 2 * quiet) // 10))
-        slow = shortest
-        while same_after(slow) < goal:
-            slow += 1
-        begins = [0, 0, 0, 0, slow + 1]
-        same = [1, shortest, least_after(turned_hz), shortest, same_after(slow)]
-        least_turn = [1, turn, turn, _turn_after(slow + 1, turn, quiet, grid_ps, gain, jitter_ps), turn]
-        return cls(begins=tuple(begins), least_same=tuple(same), least_turn=tuple(least_turn))
+        slowest = min(quiet, max(shortest, 7 * least_after(turned_hz, 2 * quiet) // 10))
+        begins, same = [0, 0, 0, 0], [1, shortest, least_after(turned_hz), shortest]
+        interval = shortest
+        for k in range(1, _SPEEDS):
+            goal = shortest * (slowest / shortest) ** (k / (_SPEEDS - 1))
+            while same_after(interval) < goal:
+                interval += 1
+            if same_after(interval) > same[-1]:
+                begins.append(interval + 1)
+                same.append(same_after(interval))
+        turns = [_turn_after(begin, turn, quiet, grid_ps, gain, jitter_ps) for begin in begins[MOVING + 1 :]]
+        return cls(begins=tuple(begins), least_same=tuple(same), least_turn=(1, turn, turn, *turns, turn))
 
 
 def _turn_after(interval: int, turn: int, quiet: int, grid_ps: int, gain: float, jitter_ps: float) -> int:

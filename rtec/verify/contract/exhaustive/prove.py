@@ -10,21 +10,20 @@ from rtec.injector import Algorithm
 from rtec.verify.contract._python_child import load
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
-from rtec.verify.contract.exhaustive.box_search import WINDOW, BoxSearch, Grid
+from rtec.verify.contract.exhaustive.box_search import BoxSearch, Grid
 from rtec.verify.contract.exhaustive.class_search import ClassSearch
 from rtec.verify.contract.exhaustive.result import Ending, Exhausted
 from rtec.verify.contract.python_class import PythonClass
 from rtec.verify.contract.trials import Trials
 
 MOST_STATES, MOST_S = 20_000_000, 600.0
-_FINER = (1, 2, 5, 10, 20)
+_FINER = (1, 2, 4, 10, 20)
 
 
 def prove(
     algorithm: Algorithm,
     contract: Contract,
     *,
-    window: int = WINDOW,
     finer: int = 1,
     most_states: int = MOST_STATES,
     most_s: float = MOST_S,
@@ -38,8 +37,6 @@ def prove(
         A design of rtec, or a Python class that declares its state (docs/algorithm.md).
     contract
         What is asked of it, and what the axis does.
-    window
-        Steps that can be owed, either way.
     finer
         How much finer than the coarsest grid that divides all times of the box the first one is.
     most_states, most_s
@@ -82,16 +79,14 @@ def prove(
     coarsest = Grid.of(settings, contract).grid_ps
     grids = [k for k in _FINER if k >= finer and coarsest % k == 0]
     for k in grids:
-        search = BoxSearch(settings, contract, window=window, finer=k)
+        search = BoxSearch(settings, contract, finer=k)
         left_s = begun + most_s - time.monotonic()
         ending = search.run(most_states=most_states, most_s=left_s, progress=progress)
         worst, note = None, ""
         if ending is Ending.BROKEN:
             trials = Trials(algorithm, contract)
             rest_ps = settings.timing.rest_ps
-            worst = search.way().played(
-                trials, 2 * (window + 2) * (rest_ps + search.grid.quiet * search.grid.grid_ps)
-            )
+            worst = search.way().played(trials, 10 * (rest_ps + search.grid.quiet * search.grid.grid_ps))
             if worst is None and k != grids[-1] and time.monotonic() < begun + most_s:
                 continue
             if worst is None:
@@ -107,7 +102,7 @@ def prove(
         waiting=search.waiting,
         successors=search.made,
         grid_ps=search.grid.grid_ps,
-        window=window,
+        window=0,
         seconds=time.monotonic() - begun,
         delay_ps=search.delay_ps,
         worst=worst,

@@ -59,7 +59,7 @@ class Way:
 
     def streams(self, contract: Contract, until_ps: int) -> Iterator[Stream]:
         """Yield streams that may go this way: what is close a picosecond sooner or later, at each look."""
-        exact = self._times(round(contract.quarter_ps * (1.0 - contract.jitter)))
+        exact = self._times(round(contract.quarter_ps * (1.0 - contract.jitter)), contract.turn_ps)
         # one moves with the others, or it would come nearer to them than an encoder sends it
         some = any(event.close for event in self.events)
         loose = range(max(len(self.events) - _LOOSE, 0), len(self.events)) if some else range(0)
@@ -70,15 +70,16 @@ class Way:
                     times[k] += shift
                 timed = sorted(zip(times, self.events, strict=True), key=lambda pair: pair[0])
                 edges = [(t, event.move) for t, event in timed if event.move]
-                asked = [(t, event.total) for t, event in timed if not event.move]
+                asked = [(max(t, 1), event.total) for t, event in timed if not event.move]
                 yield Stream.of(self.state, edges, asked, max(times, default=self.end_ps) + until_ps)
 
-    def _times(self, shortest_ps: int) -> list[int]:
+    def _times(self, shortest_ps: int, turn_ps: int) -> list[int]:
         """Return the times of the events, moved apart by what the rounding to the grid has taken from them."""
         times, later_ps, last = [], 0, Event(time_ps=0, total=0, move=0, close=False)
         for event in self.events:
-            if event.move and event.move == last.move:
-                later_ps += max(shortest_ps - (event.time_ps - last.time_ps), 0)
+            if event.move and last.move:
+                least_ps = shortest_ps if event.move == last.move else turn_ps
+                later_ps += max(least_ps - (event.time_ps - last.time_ps), 0)
             times.append(event.time_ps + later_ps)
             last = event if event.move else last
         return times

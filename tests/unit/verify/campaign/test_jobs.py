@@ -1,6 +1,7 @@
 """Built-in plans give what the commands of old give, field by field."""
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 
@@ -15,6 +16,7 @@ from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
+from rtec.verify.campaign.trace import trace_of
 from rtec.verify.envelope.jobs import row_record
 from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
 from rtec.verify.safety.jobs import episode_record, inject, trial_record
@@ -66,7 +68,13 @@ def test_safety_is_that_of_rtec_safety():
     assert found.keys() == wanted.keys()
     for key, trial in wanted.items():
         record = dict(found[key])
-        assert 0 <= record.pop("moment_ps") < 8 * 10**12
+        moment_ps, activated_ps = record.pop("moment_ps"), record.pop("activated_ps")
+        assert (activated_ps is None) == (trial.fired == 0)
+        if trial.fired:
+            detected_ps = 8 * 10**12 if trial.detected_ps is None else trial.detected_ps
+            assert 0 <= moment_ps <= activated_ps <= detected_ps
+        where = record.pop("state"), record.pop("direction")
+        assert where in {(None, None), *product((1, 2, 3, 4), ("positive", "rest"))}
         assert record == trial_record(trial)
         assert (record["outcome"], record["fired"]) == (trial.outcome.value, trial.fired)
         assert record["result"] == _expected(trial)
@@ -174,3 +182,25 @@ def test_games_are_those_of_the_confusion_matrix():
         record = found["nothing-white-noise", played.trial]
         assert record["result"] == ("passed" if played.right else "failed")
         assert (record["outcome"], record["game_seed"]) == (played.said, str(played.seed))
+
+
+def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
+    plan = read_plan("open-faults").only(
+        ["missed-edge", "power-lost", "hold-latch-stuck-open", "phase=0.5", "c", "b"]
+    )
+    found = list(records_of(replace(plan, runs=1)).values())
+    # steady: two faults and two designs at three frequencies; reversal: these and the latch of C
+    assert len(found) == 2 * 2 * 3 * 2 + 3
+    outcomes = {(record["result"], record["outcome"], record["beyond_supervision"]) for record in found}
+    assert ("exempt", "silent corruption", "before the box") in outcomes
+    assert {one for one in outcomes if one[0] == "failed"} == set()
+    assert all(record["activated_ps"] >= record["moment_ps"] for record in found if record["activated_ps"])
+    plan = plan.only(["missed-edge", "c", "motion=steady"])
+    second = list(records_of(replace(plan, runs=1, grid={**plan.grid, "second": ("power-lost",)})).values())
+    assert all(record["second_activated_ps"] >= record["second_moment_ps"] for record in second)
+    # what there is to see of a job is the run that its record is of
+    for job in replace(plan, runs=1).jobs():
+        record, trace = job.carry_out(), trace_of(plan.kind, job)
+        assert trace.marks == ((record["activated_ps"], "missed-edge"),)
+        assert trace.controller.counts().net == record["controller_counts"]
+        assert trace.completed.final == record["corrections_inserted"]
