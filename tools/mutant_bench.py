@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -112,9 +113,7 @@ def finder(place: str, right: Outcomes) -> str:
 
 
 def _in_child(number: int, place: str, right: Outcomes, answer: Callable[[str], None]) -> None:
-    from rtec._chosen_mutant import CHOSEN  # type: ignore[import-not-found]
-
-    CHOSEN.value = number
+    import_module("rtec._chosen_mutant").CHOSEN.value = number
     answer(finder(place, right))
 
 
