@@ -17,6 +17,7 @@ from rtec.report.campaign_tally import Cell, Group, Tally, residual, tallied
 from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_campaign import campaign_figure, words_of, worst_of
 from rtec.report.figures_job import job_figure
+from rtec.report.figures_sobol import combinations, sobol_figure
 from rtec.report.folder import file_name
 from rtec.report.page_folder import write_page_folder
 from rtec.report.rendering import html_page
@@ -70,7 +71,7 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
     traces = _traces(campaign, tally)
     report = _Report(campaign, tally, store, again, traces.keys())
     plate = Plate("map", "Every combination", report.caption, lambda: campaign_figure(tally, report.link))
-    figures = drawn([plate])
+    figures = drawn([plate, *_sobol_plates(campaign)])
 
     def beside(new: Path) -> None:
         (new / JOBS).mkdir()
@@ -133,7 +134,10 @@ class _Report:
             for page in [self._pages[one.job.parameters[cells[0].name] if cells[0].name else None]]
         ]
         # ids in an inline drawing are those of the file, and links go from the page
-        drawing = "".join(figure.svg.decode() for figure in figures)
+        inline = {
+            figure.name: re.sub(r"^.*?(?=<svg)", "", figure.svg.decode(), flags=re.DOTALL).replace('"../', '"')
+            for figure in figures
+        }
         return {
             "title": printable(plan.name),
             "sentence": sentence(campaign),
@@ -146,7 +150,7 @@ class _Report:
             ],
             "totals": totals(campaign),
             "rate": _rate(campaign.counts),
-            "map": re.sub(r"^.*?(?=<svg)", "", drawing, flags=re.DOTALL).replace('"../', '"'),
+            "map": inline.get("map", ""),
             "map_caption": self.caption,
             "job_pages": [(words_of(row) or "all", page) for row, page in self._pages.items() if self._cells(row)],
             "pages": list(self._pages.values()),
@@ -163,6 +167,9 @@ class _Report:
             "requirements": [(name, *rates(counts)) for name, counts in tally.requirements.items()],
             "rate_heads": (*campaign.by, *RATE_HEADS),
             "rates": [(*map(words_of, row), *rates(counts)) for row, counts in campaign.rows.items()],
+            "sobol": [
+                (figure.title, inline[figure.name], figure.caption) for figure in figures if figure.name != "map"
+            ],
             "sensitivity": [
                 (
                     ", ".join(words_of(value) for value in one.where.values()), one.of, one.parameter,
@@ -230,6 +237,13 @@ class _Report:
             "again": again_of(done, self._again),
             "picture": done.address in self._pictures,
         }
+
+
+def _sobol_plates(campaign: Campaign) -> Iterator[Plate]:
+    """Yield the picture of the indices of each combination."""
+    caption = "Shares of the variance of each result, with bootstrap intervals of 95 %."
+    for k, (words, some) in enumerate(combinations(campaign.sensitivity).items()):
+        yield Plate(f"sobol-{k + 1}", words, caption, partial(sobol_figure, some))
 
 
 def _traces(campaign: Campaign, tally: Tally) -> dict[str, Trace]:

@@ -12,6 +12,7 @@ from rtec.errors import ArgumentError
 from rtec.report import campaign_tally
 from rtec.report.campaign import sentence, write_campaign
 from rtec.report.campaign_page import fill_page
+from rtec.report.figures_sobol import sobol_figure
 from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import Requirement, read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
@@ -96,6 +97,24 @@ def test_a_plan_of_one_combination_has_jobs_and_no_map(plan, tmp_path):
     assert len(list(page_of(page.parent / "jobs/001-all.html").iter(f"{XHTML}code"))) == 2
 
 
+def test_sobol_indices_are_drawn_as_long_as_they_are(tmp_path):
+    file = tmp_path / "ishigami.toml"
+    drawn = "\n".join(f'{name} = {{ from = -3.14, to = 3.14, draw = "sobol" }}' for name in "xyz")
+    file.write_text(f'job = "tests.campaign_jobs:ISHIGAMI"\nruns = 64\n[try]\n{drawn}\n')
+    found, page, tree = written(read_plan(str(file)), tmp_path / "out")
+    assert "figures/sobol-1.png" in files_in(page.parent) and len(list(tree.iter(f"{SVG}svg"))) == 1
+    value = [one for one in found.sensitivity if one.of == "value"]
+    figure = sobol_figure(value)
+    axes = figure.axes[0]
+    order = [label.get_text() for label in axes.get_yticklabels()]
+    by_name = {one.parameter: one for one in value}
+    assert order == sorted(by_name, key=lambda name: -by_name[name].total)
+    first, total = ([bar.get_width() for bar in bars] for bars in axes.containers)
+    assert (first, total) == ([by_name[name].first for name in order], [by_name[name].total for name in order])
+    ends = [tuple(line.get_xdata()) for line in axes.lines]
+    assert ends == [by_name[name].first_95 for name in order] + [by_name[name].total_95 for name in order]
+
+
 def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tmp_path):
     many = replace(plan.only(["pass", "level=1"]), runs=503)
     _, page, _ = written(many, tmp_path / "out")
@@ -142,7 +161,8 @@ def test_a_page_keeps_its_words_and_gets_the_tables_that_it_has_places_for(plan,
     page = tmp_path / "page.md"
     page.write_text(
         "# Mine\n\n<!-- rtec campaign <mine>: rates -->\nold\n<!-- end -->\n\nstays\n\n"
-        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
+        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n"
+        "<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
     )
     with Store(":memory:") as store:
         found, addresses = run_campaign(plan, store, Serial()), addresses_of(plan)

@@ -58,6 +58,7 @@ def test_safety_is_that_of_rtec_safety():
             hyphened(one.phase.value),
             hyphened(one.variant.name.replace(",", "")),
             "none",
+            "none",
             one.seed,
         ): one
         for one in matrix.trials
@@ -123,7 +124,7 @@ def test_a_soak_is_that_of_rtec_safety_soak():
     found = records_of(plan)
     for episode in soak.episodes:
         if episode.design is Design.A and episode.number < 2:
-            assert found.pop(("a", 60.0, episode.number)) == episode_record(episode)
+            assert found.pop(("a", 60.0, "none", episode.number)) == episode_record(episode)
     assert not found
 
 
@@ -172,6 +173,20 @@ def test_the_lathe_is_that_of_rtec_run():
     assert found["rms_um"] == 1000.0 * row.figures.rms
     coarse = corrected_axis(usual | {"count_um": 4.0}, seed=study.seed, run=5)
     assert coarse["E_um"] > found["E_um"] + 2.0
+    warm = corrected_axis(usual | {"thermal_um": 40.0, "warm_up_min": 1.0}, seed=study.seed, run=5)
+    assert warm["rms_um"] == pytest.approx(40.0, abs=2.0)  # nearly all readings are taken far behind a minute
+
+
+def test_a_table_of_a_calibration_knows_as_much_of_the_lathe_as_its_targets_show():
+    usual = {one.name: one.usual[0] for one in LATHE.parameters} | {"model": "table", "repeatability_um": 0.0}
+    errors = {"offset_um": 15.0, "scale_um_m": 25.0, "pitch_map": 0.5, "backlash": 0.7, "cyclic_phase_deg": 90.0}
+    smooth = corrected_axis(usual | errors | {"cyclic": 0.0, "table_spacing_mm": 25.4, "repeats": 1}, seed=1, run=0)
+    assert smooth["rms_um"] < 2.0  # two counts of 1 um: an inch is close enough for all but the cyclic error
+    cyclic = usual | errors | {"cyclic": 1.0, "repeats": 1}
+    wide, close = (corrected_axis(cyclic | {"table_spacing_mm": mm}, seed=1, run=0) for mm in (25.4, 0.635))
+    # at whole turns of the screw the table sees one phase; the thesis measured 37 um peak to peak
+    assert wide["cyclic_pp_um"] == pytest.approx(0.00145 * 25400.0, rel=0.3)
+    assert close["cyclic_pp_um"] < 0.2 * wide["cyclic_pp_um"]
 
 
 def test_games_are_those_of_the_confusion_matrix():
