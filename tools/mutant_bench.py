@@ -23,8 +23,8 @@ from rtec.controller import Multiplication, ReceiverSettings
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine import OpenPath, simulate
 from rtec.verify.safety.case import ramp_jobs
-from rtec.verify.safety.matrix import Outcome, is_wrong, moments, run_trial
-from rtec.verify.safety.phases import Phase, twin_of
+from rtec.verify.safety.matrix import MatrixPlan, Outcome, PhaseJob
+from rtec.verify.safety.phases import Phase
 from tools.code_mutants import ROOT
 
 _DESIGN = Design.C
@@ -68,21 +68,19 @@ def safe(right: Outcomes | None) -> tuple[str, Outcomes]:
     Where ``right`` is given, also whether an outcome is another one than there; it ends with what is found first.
     """
     outcomes: Outcomes = {}
-    other = ""
+    plan, other = MatrixPlan(designs=(_DESIGN,), seeds=1), ""
     for phase in Phase:
-        twin = twin_of(phase, _DESIGN, 0)
-        if any(axis.stop_ps is not None or is_wrong(axis, axis) for axis in twin.cell.monitored):
-            return f"safety: the run without a fault, {phase.value}", outcomes
-        for variant, (moment_ps, bits) in moments(1, twin, phase, _DESIGN, 0).items():
-            trial = run_trial(variant, twin, phase, _DESIGN, 0, moment_ps, bits)
+        for trial in PhaseJob(plan=plan, phase=phase, design=_DESIGN, seed=0).run():
+            if not trial.sound:
+                return f"safety: the run without a fault, {phase.value}", outcomes
             if not trial.fired:
                 continue
-            if trial.outcome is Outcome.UNDETECTED and variant.beyond_supervision(_DESIGN) is None:
-                return f"safety: {variant.name}, {phase.value}", outcomes
-            key = variant.name, phase.value
+            if trial.outcome is Outcome.UNDETECTED and trial.variant.beyond_supervision(_DESIGN) is None:
+                return f"safety: {trial.variant.name}, {phase.value}", outcomes
+            key = trial.variant.name, phase.value
             outcomes[key] = trial.outcome.value, trial.reason
             if right is not None and outcomes[key] != right.get(key) and not other:
-                other = f"another outcome: {variant.name}, {phase.value}"
+                other = f"another outcome: {trial.variant.name}, {phase.value}"
     for job in ramp_jobs(_DESIGN):
         ramp = job.run()
         if (ramp.outcome is Outcome.UNDETECTED) != (ramp.limit == "none"):
