@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import statistics
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -21,9 +22,14 @@ from rtec.verify.contract.hunt import hunt
 from rtec.verify.contract.python_class import PythonClass
 from rtec.verify.contract.suite import TRIES, check_algorithm
 from rtec.verify.contract.trials import Run, Trials
+from tools import code_mutants, firmware_mutants
+from tools.code_mutants import CodeMutant
 
 SEEDS = range(5)
 FILE = Path(mutants.__file__)
+CODE_KINDS = "commands", "tests", "another outcome", "equivalent", "blind", "not played"
+FIRMWARE_KINDS = "start", "box", "insertions", "equivalent", "within the contract", "blind spot"
+BOX_CHECKS = "window", "disbelief", "large correction", "switch", "probing", "position", "words", "reset"
 TEMPLATE = Path(__file__).with_name("mutants.md.j2")
 
 
@@ -87,10 +93,76 @@ def average(rows: list[list[int | None]]) -> str:
     return f"median {statistics.median(made):g}, mean {statistics.mean(made):.0f} runs, {missed} of {len(made)} miss"
 
 
-def page(rows: list[Row], checks: list[tuple[str, str, str]], late: list[tuple[str, str, str]]) -> str:
+def code_cells(found: dict[int, str]) -> dict[str, object]:
+    """Return what the page says of decoder, windows and PC.
+
+    ``found`` is what found each mutant, by its number; one that is not there has not been played.
+    """
+    table = code_mutants.table()
+    counts, places = [], []
+    for place in dict.fromkeys(mutant.place for mutant in table):
+        own = [mutant for mutant in table if mutant.place == place]
+        kinds = Counter(_kind(mutant, found.get(mutant.number)) for mutant in own)
+        counts.append((place, len(own), *(kinds[kind] for kind in CODE_KINDS)))
+        rows = [
+            (f"`{one.function}`", one.wrong, _finder(one, found[one.number])) for one in own if one.number in found
+        ]
+        places.append((place, rows))
+    return {"code_counts": counts, "code": places}
+
+
+def _kind(mutant: CodeMutant, finder: str | None) -> str:
+    if finder is None:
+        return "not played"
+    if finder:
+        return next((kind for kind in ("tests", "another outcome") if finder.startswith(kind)), "commands")
+    return "equivalent" if mutant.equivalent else "blind"
+
+
+def _finder(mutant: CodeMutant, finder: str) -> str:
+    if finder:
+        return finder
+    said = mutant.equivalent or mutant.blind
+    if not said:
+        raise ValueError(f"nothing finds {mutant.function}: {mutant.wrong} Say in code_mutants.toml why")
+    return f"{'equivalent' if mutant.equivalent else '**blind spot**'}: {said}"
+
+
+def firmware_cells(found: dict[str, str]) -> dict[str, object]:
+    """Return what the page says of the firmware; ``found``: what found each mutant, by its name."""
+    mutants, notes = firmware_mutants.drawn(), firmware_mutants.notes()
+    counts = []
+    for rule in dict.fromkeys(mutant.rule for mutant in mutants):
+        own = [mutant for mutant in mutants if mutant.rule == rule]
+        kinds = Counter(_firmware_kind(found[one.name]) or notes[one.name][0] for one in own)
+        counts.append((rule, len(own), *(kinds[kind] for kind in FIRMWARE_KINDS)))
+    survivors = [mutant.name for mutant in mutants if not found[mutant.name]]
+    return {
+        "all_firmware": sum(len(firmware_mutants.all_mutants(design)) for design in Design),
+        "firmware": mutants,
+        "firmware_counts": [*counts, ("all", *(sum(column) for column in list(zip(*counts, strict=True))[1:]))],
+        "survivors": [(f"`{name}`", *notes[name]) for name in survivors],
+    }
+
+
+def _firmware_kind(finder: str) -> str:
+    if finder in ("starts", "answers", "home"):
+        return "start"
+    return "box" if finder in BOX_CHECKS else "insertions" if finder else ""
+
+
+def page(
+    rows: list[Row],
+    checks: list[tuple[str, str, str]],
+    late: list[tuple[str, str, str]],
+    found: dict[int, str],
+    found_in_firmware: dict[str, str],
+) -> str:
     """Return the page."""
     return markdown_page(
         TEMPLATE,
+        **code_cells(found),
+        **firmware_cells(found_in_firmware),
         tries=TRIES,
         checks=checks,
         late=late,
@@ -114,7 +186,9 @@ def main() -> None:
         [checked(module, name, design) for name, design in designs_of(module).items()]
         for module in (mutants, late_mutants)
     )
-    sys.stdout.write(page(rows, checks, late))
+    found = {mutant.number: finder for mutant, finder in code_mutants.played(["decoder", "windows", "PC"])}
+    in_firmware = {mutant.name: firmware_mutants.found_by(mutant) for mutant in firmware_mutants.drawn()}
+    sys.stdout.write(page(rows, checks, late, found, in_firmware))
 
 
 if __name__ == "__main__":

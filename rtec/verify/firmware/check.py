@@ -7,7 +7,7 @@ something does not hold; the bench then says which instructions were executed la
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -19,12 +19,14 @@ from rtec.board.board import Snapshot
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.readable import hertz_text
+from rtec.units import PS_PER_S
 from rtec.verify.bench import Bench, Failed
 from rtec.verify.contract import cases
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.results import Verdict
+from rtec.verify.contract.streams import Stream
 from rtec.verify.contract.suite import TRIES, check_algorithm
-from rtec.verify.contract.trials import Run, Trials
+from rtec.verify.contract.trials import Case, Run, Trials
 from rtec.verify.firmware import handshake
 from rtec.verify.firmware.algorithm import Firmware
 from rtec.verify.firmware.handshake import START
@@ -36,6 +38,9 @@ SLOWEST_HZ, FASTEST_HZ = 100.0, 2e6
 _LEAST_SETTLE_READINGS = 8
 """In which insertions are looked for where the suite has found none."""
 
+_COUNTS_OF_A_READING, _DECODER_HZ = 1_500, 500e3
+"""Of a fast axis whose position is checked: the decoder's 12 bits hold 2047 counts either way."""
+_TRIES_A_RAMP = 5
 _OF_SUITE = 0.8
 """Of the time, which the progress shows."""
 
@@ -188,7 +193,8 @@ class _Campaign:
     def _of_the_box(self, home: Snapshot) -> None:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
-        travel_hz = speeds[-1] * (1.0 if self.plan.design.in_path else 4.0)
+        decoder_hz = _COUNTS_OF_A_READING * PS_PER_S / (4.0 * self.bench.reading_ps)
+        travel_hz = speeds[-1] if self.plan.design.in_path else min(decoder_hz, _DECODER_HZ)
         for check, *more in (
             (handshake.window,), (handshake.disbelief,), (handshake.large_correction,), (handshake.switch,),
             (handshake.probing, speeds[0]), (handshake.position, travel_hz), (handshake.words, speeds[-1]),
@@ -256,6 +262,14 @@ class _Campaign:
             made += 1
         speeds = " and ".join(hertz_text(speed) for speed in plan.speeds_hz)
         detail = f"{made} steps at {speeds} made while the axis moves"
+        if not plan.design.in_path:  # its lines go through the program, which is slower than these
+            ramps = plan.tries // _TRIES_A_RAMP
+            for case in _ramps(trials, ramps, plan.seed):
+                run = trials.one(case)
+                if not run.right:
+                    self._fail_run(firmware, name, str(run), run)
+                    return
+            detail += f"; {ramps} times every count right while it accelerates"
         self.checks.append(Check(name=name, passed=True, detail=detail))
 
     def _fail_run(self, firmware: Firmware, name: str, reason: str, run: Run) -> None:
@@ -276,3 +290,28 @@ class _Campaign:
         except Failed:
             return None
         return trace_of(self.bench, run)
+
+
+def _ramps(trials: Trials, runs: int, seed: int) -> Iterator[Case]:
+    """Yield axes that leave a slow speed with the largest acceleration, one step asked for somewhere.
+
+    What was slow in the last reading and at the last transitions is fast in the insertion: a gate has to be right.
+    """
+    contract, generator = trials.contract, np.random.default_rng(seed)
+    for _ in range(runs):
+        slow_hz, fast_hz = contract.frequency_hz * generator.uniform((0.002, 0.06), (0.03, 0.6))
+        gain = contract.acceleration_hz_s * generator.uniform(0.2, 1.0)
+        counts = np.arange(int(2.0 * (fast_hz**2 - slow_hz**2) / gain) + 8)
+        ramp_s = (np.sqrt(slow_hz**2 + 0.5 * gain * counts) - slow_hz) / gain
+        before_s = np.arange(-generator.integers(4, 12), 0) / (4.0 * slow_hz)
+        edges_s = np.concatenate([before_s, ramp_s]) - before_s[0] + 2e-6
+        sign, way = generator.choice([1, -1], 2)
+        stream = Stream(
+            state=int(generator.integers(4)),
+            edges_ps=np.rint(edges_s * PS_PER_S).astype(np.int64),
+            moves=np.full(edges_s.size, way),
+            requests_ps=np.array([generator.uniform(edges_s[0], edges_s[-1]) * PS_PER_S], np.int64),
+            totals=np.array([sign]),
+            until_ps=round(edges_s[-1] * PS_PER_S) + trials.settle_ps,
+        )
+        yield trials.case(f"{sign:+d} step while the axis accelerates to {hertz_text(fast_hz)}", stream)

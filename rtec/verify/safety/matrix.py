@@ -277,10 +277,10 @@ def judged(
 
 
 def _is_sound(healthy: Sequence[MonitoredAxis], design: Design) -> bool:
-    """Return whether a fault-free run is right: every count, and nothing owed but by an axis that waits for 00."""
+    """Return whether a fault-free run is right: not stopped, and nothing owed but by an axis that waits for 00."""
     owing = [axis.pending_steps != 0 for axis in healthy]
     owes = all(owing) if design.one_state else any(owing)
-    return not owes and not any(is_wrong(axis, axis) for axis in healthy)
+    return not owes and not any(axis.stop_ps is not None or is_wrong(axis, axis) for axis in healthy)
 
 
 def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:

@@ -34,10 +34,10 @@ SWITCH_ON = 8
 class Desk:
     """A PC and a hand that plays the box."""
 
-    def __init__(self, setup=None):
-        table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[0.004, 0.004], backlash_mm=0.0)
+    def __init__(self, setup=None, error_mm=0.004, **limits):
+        table = UnidirectionalTable(positions_mm=[-50.0, 50.0], errors_mm=[error_mm] * 2, backlash_mm=0.0)
         self.pc = PcNode(
-            HandshakeSettings(), SupervisionLimits(), axis=1, predictor=table, count_mm=0.001,
+            HandshakeSettings(), SupervisionLimits(**limits), axis=1, predictor=table, count_mm=0.001,
             step_counts=4, word_limit=127,
             setup=setup,
         )  # fmt: skip
@@ -49,14 +49,16 @@ class Desk:
         self.pc.receive(Frame(identifier=kind + 1, data=data), at_ps=self.pc.due_ps - MS)
 
     def cycle(
-        self, state, *, code=None, position=0, counted=None, position_lost=False, valid=1, totals=0, switch=SWITCH_ON
-    ):
+        self, state, *, code=None, position=0, counted=None, position_lost=False, valid=1, totals=0, completed=None,
+        switch=SWITCH_ON,
+    ):  # fmt: skip
         """Let the box say its three words, and the PC take its turn; return its requests."""
         self.sequence += 1
         code = code if code is not None else Status.NOT_HOMED if state == NOT_HOMED else Status.OK
         total = totals.to_bytes(2, "little", signed=True)
         self.say(STATUS, code, state | switch, 9, 0, 0, 0)
-        self.say(CORRECTIONS, *total, *total, 9, self.judged)
+        done = total if completed is None else completed.to_bytes(2, "little", signed=True)
+        self.say(CORRECTIONS, *done, *total, 9, self.judged)
         counted = position if counted is None else counted
         rest = ((counted & 0x7FFF) << 1 | valid).to_bytes(2, "little")
         if not position_lost:
@@ -92,6 +94,31 @@ def node_at(home_mm, predictor, margin_mm=0.0):
     desk.cycle(NOT_HOMED, valid=0)
     desk.cycle(RUNNING)
     return desk
+
+
+@pytest.mark.parametrize("error_mm", [0.004, -0.004])
+def test_the_limit_of_the_deviation_holds_on_both_sides(error_mm):
+    active(Desk(error_mm=error_mm, limit_mm=0.004))
+    desk = Desk(error_mm=error_mm, limit_mm=0.003)
+    desk.cycle(NOT_HOMED, valid=0)
+    (request,) = desk.cycle(RUNNING)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.DEVIATION_LIMIT)
+    assert request.total == 0
+
+
+@pytest.mark.parametrize("probing", [False, True])
+def test_a_total_that_stays_unfinished_holds_the_machine_unless_it_probes(probing):
+    desk = Desk(completion_timeout_ps=300 * MS)
+    active(desk)
+    desk.cycle(RUNNING, totals=1, completed=0)  # the box has said so 1 ms before the turn
+    if probing:
+        desk.pc.probe(True)
+    for _ in range(29):
+        desk.cycle(RUNNING, totals=1, completed=0)
+    assert desk.pc.view.state is PcState.ACTIVE
+    desk.cycle(RUNNING, totals=1, completed=0)
+    late = (PcState.ACTIVE, HoldReason.NONE) if probing else (PcState.HOLD, HoldReason.NOT_COMPLETED)
+    assert (desk.pc.view.state, desk.pc.view.reason) == late
 
 
 def test_positions_of_the_predictor_begin_at_home():

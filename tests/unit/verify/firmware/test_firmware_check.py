@@ -145,6 +145,15 @@ MISTAKES = {
     "trips not counted": ("05 4B", "00 00", "probing", "0 trips counted"),
     "not modulo 4096": ("54 0F 30 E3 ..", "54 FF 30 E7 ..", "position", "instead of"),
     "home at any request": ("E5 32 45 33 70 ..", "E5 32 45 33 78 ..", "home", "home with a request of +1"),
+    # orl a,#F0h -> #F1h; mov POSITION+2,a at home -> nop; clr EA before the decoder is read -> setb
+    "sign of a fast axis": ("54 0F 30 E3 .. 44 F0", "54 0F 30 E3 .. 44 F1", "position", "instead of"),
+    "a byte kept at home": ("F5 42 D2 96", "00 00 D2 96", "home", "instead of 0 and 0"),
+    "probe between the bytes": ("C2 AF E2 FB", "D2 AF E2 FB", "probing", "after a probe trip"),
+    # jb F_FATAL,owed_none; jb F_PROBING,owed_none -> jb F_HALF, which the Original does not use
+    "owed though fatal": ("C2 02 20 01 ..", "C2 02 20 0B ..", "disbelief", "while steps are owed"),
+    # jb P3.0,owed_none: only while steps are made is it asked without a reading
+    "owed though opened": ("20 B0 ..", "20 0B ..", "switch", "switch opened"),
+    "owed though probing": ("20 0A ..", "20 0B ..", "probing", "while steps are owed"),
     # setb P3.1 -> nop: the words change while they are said to be valid
     "always valid": ("D2 B1", "00 00", "words", "words change while Data Valid is high"),
     # setb IT1 -> clr P1.0
@@ -198,6 +207,15 @@ def test_a_mistake_of_another_design_fails(design, old, new, name):
     verdict, points = judged(with_mistake(design, old, new, every=True), design)
     assert points[name].passed is False
     assert verdict.trace.mark_ps is not None
+
+
+@pytest.mark.usefixtures("no_speeds")
+def test_a_transition_that_went_by_while_it_armed_is_missed_where_the_axis_accelerates():
+    image = with_mistake(Design.A, "20 89 0F", "20 89 00")  # jb IE0,lost
+    plan = FirmwareCheckPlan(image=image, design=Design.A, microcontroller=CHIP, phases=1, tries=100)
+    failed = [check for check in check_firmware(plan).checks if not check.passed]
+    assert [check.name for check in failed] == ["inserts at speed"]
+    assert "while the axis accelerates" in failed[0].detail
 
 
 @pytest.mark.usefixtures("no_speeds")

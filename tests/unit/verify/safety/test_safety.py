@@ -86,6 +86,14 @@ def test_a_count_lost_at_the_controller_is_undetected():
     assert outcome_of((), spoil=spoil).outcome is Outcome.UNDETECTED
 
 
+def test_a_machine_that_stops_without_a_fault_proves_nothing(matrix):
+    """Otherwise every fault in it would be a safe stop."""
+    trial = outcome_of((), supervision=SupervisionLimits(limit_mm=0.005))
+    assert (trial.outcome, trial.sound) == (Outcome.SAFE_STOP, False)
+    bad = dataclasses.replace(matrix, trials=(*matrix.trials, trial))
+    assert (matrix.unsound, len(bad.unsound), bad.good) == ((), 1, False)
+
+
 def test_a_box_that_lies_about_its_insertions_is_undetected():
     def spoil(cell):
         cell._stations[0].injector.completed += 1
