@@ -21,7 +21,7 @@ FAULTS = (
     "bit-flipped-in-the-total", "request-stuck", "babbling-node", "bus-off", "stale-data-valid",
     "torn-position-word", "pc-killed", "box-restarted", "power-lost", "pc-clock-jumps-forward",
     "pc-clock-jumps-back", "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches",
-    "disable-switch-thrown", "probe-trip",
+    "disable-switch-thrown", "probe-trip", "processor-hung", "hold-latch-stuck-closed",
 )  # fmt: skip
 """Classes of ``rtec safety``."""
 OPEN_FAULTS = (

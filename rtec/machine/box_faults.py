@@ -50,7 +50,7 @@ def change_box(state: Record, board: Any, row: FaultRow, t_ps: int, level: int, 
             kernels.hang(state.injector)
         else:
             kernels.hang_board(board[0], board[3])
-    else:
+    elif state.injector.powered:  # a box without power has no state to lose
         _power(state, board, t_ps, on=False)
         if code == BOX_RESTART:
             _power(state, board, t_ps, on=True)
@@ -78,6 +78,7 @@ def _power(state: Record, board: Any, t_ps: int, *, on: bool) -> None:
         switch(state.injector, t_ps, int(state.injector.enabled), int(on))
         return
     b, _, mem, h, log, _ = board
+    state.injector.powered = int(on)
     if not on:
         kernels.cut_board(b, h)
         return

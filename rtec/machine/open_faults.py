@@ -44,7 +44,7 @@ def faults_at(
     path_ps
         How long the run lasts.
     wanted
-        Class, begin and end of each; None: a drawn moment, and for good.
+        Class, begin and end of each; None: a drawn moment, and for good. An end behind that of the run is none.
     seed
         Of the moments and of what a fault draws.
     name
@@ -74,8 +74,8 @@ def faults_at(
             raise ArgumentError(name, word_of(row), "it without an end", problem="is over at once")
         if until_ps is not None and until_ps <= moment_ps:
             raise ArgumentError(name, f"until {until_ps / PS_PER_S:.9g} s", "a time after its begin")
-        fault = Fault(kind=row, place=1, from_ps=max(moment_ps, 1), until_ps=until_ps, seed=seed + 1000 * number)
-        found.append(fault)
+        over_ps = None if until_ps is None or until_ps >= path_ps else until_ps
+        found.append(Fault(kind=row, place=1, from_ps=max(moment_ps, 1), until_ps=over_ps, seed=seed + 1000 * number))
     return tuple(found)
 
 
@@ -98,16 +98,15 @@ def length_ps(path: OpenPath) -> int:
     return path.motion.total_ps if path.motion is not None else round(path.cycles / path.frequency_hz * PS_PER_S)
 
 
-def corrupted(asks: Asks, fault: Fault, effect: FaultEffect, bits: int) -> Asks:
-    """Return requests of which the first from the fault's moment on has a wrong bit, if none before it had."""
+def corrupted(asks: Asks, fault: Fault, bits: int) -> tuple[Asks, int | None]:
+    """Return requests of which the first from the fault's moment on has a wrong bit, and when that comes, if any."""
     asks_ps, totals = asks
     k = int(np.searchsorted(asks_ps, fault.from_ps))
-    if effect.activated_ps is not None or k == asks_ps.size:
-        return asks
-    effect.add((int(asks_ps[k]), 1))
+    if k == asks_ps.size:
+        return asks, None
     totals = totals.copy()
     totals[k] ^= 1 << random.Random(fault.seed).randrange(bits)  # noqa: S311 - a draw, no secret
-    return asks_ps, totals
+    return (asks_ps, totals), int(asks_ps[k])
 
 
 class _Route:
@@ -125,7 +124,7 @@ class _Route:
         self._kept = Kept(first)
         self._tape = TraceRecorder([self._kept, *sinks], first)
         self._at = np.array([0, 0, NEVER], np.int64)
-        self.counts_in, self.illegal_in = 0, 0
+        self.counts_in, self.illegal_in, self._asked_wrong = 0, 0, False
 
     def run(self, window: Window, *, notes: bool) -> None:
         """Pass a window; the effects of lines and requests are noted where that is wanted."""
@@ -136,8 +135,11 @@ class _Route:
                 effect.add(differences(edges, wrong))
             edges = wrong
         for effect in self.effects:
-            if effect.fault.kind.code == REQUEST:
-                asks = corrupted(asks, effect.fault, effect, self.path.injector.design.word_limit.bit_length())
+            if effect.fault.kind.code == REQUEST and not self._asked_wrong:
+                asks, wrong_ps = corrupted(asks, effect.fault, self.path.injector.design.word_limit.bit_length())
+                self._asked_wrong = wrong_ps is not None
+                if notes:
+                    effect.add((wrong_ps, int(self._asked_wrong)))
         seen = edges.counts()
         self.counts_in, self.illegal_in = self.counts_in + seen.net, self.illegal_in + seen.illegal
         moments = sorted(self._moments(window), key=lambda one: one[0])

@@ -94,9 +94,13 @@ class WaveFile:
     done = False
 
     def __init__(self, path: OpenPath, file: Path, initial: tuple[int, int], marks: Sequence[Mark] = ()) -> None:
-        # with faults nobody knows how much is inserted
-        most_steps = abs(path.corrections) if not marks else path.injector.design.word_limit
-        self._waves = BoxWaves(initial, most_counts=most_counts(path), most_steps=most_steps)
+        # a wrong request may ask for all that its word holds
+        more = path.injector.design.word_limit if marks else 0
+        self._waves = BoxWaves(
+            initial,
+            most_counts=most_counts(path) + more * path.injector.design.step_counts,
+            most_steps=abs(path.corrections) + more,
+        )
         timescale = timescale_of(path) if not marks else "1 ps"
         self._unit_ps = TIMESCALES_PS[timescale]
         first = len(self._waves.signals)

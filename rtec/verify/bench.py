@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +103,7 @@ class Bench:
         source = microcontroller.image(design) if image is None else image
         self.image = source if isinstance(source, Image) else read_hex(source)
         self.board = Board(design, microcontroller, self.image, hold_latch=hold_latch)
-        self.design, self.microcontroller = design, microcontroller
+        self.design, self.microcontroller, self._cycle = design, microcontroller, microcontroller.cycle_ps
         self.hold_latch, self.watched = hold_latch, watched
         self.reading_ps = self.cycles_ps(1_000) if microcontroller.timing == "12-clock" else PS_PER_S // 2000
         """Between two readings of the PC's words; measured once the box answers."""
@@ -117,18 +118,15 @@ class Bench:
 
     def cycles_ps(self, cycles: float) -> int:
         """Return how long so many cycles last."""
-        cycle_num, cycle_den = self.microcontroller.cycle_ps
-        return round(cycles * cycle_num / cycle_den)
+        return round(cycles * self._cycle[0] / self._cycle[1])
 
     def cycle_at(self, t_ps: int) -> int:
         """Return the cycle that a time lies in."""
-        cycle_num, cycle_den = self.microcontroller.cycle_ps
-        return (t_ps - int(self.board.state.origin_ps)) * cycle_den // cycle_num
+        return (t_ps - int(self.board.state.origin_ps)) * self._cycle[1] // self._cycle[0]
 
     def time_of(self, cycle: int) -> int:
         """Return when a cycle begins."""
-        cycle_num, cycle_den = self.microcontroller.cycle_ps
-        return int(self.board.state.origin_ps) + cycle * cycle_num // cycle_den
+        return int(self.board.state.origin_ps) + cycle * self._cycle[0] // self._cycle[1]
 
     def begin(self) -> None:
         """Forget what was recorded; the axis rests, and the controller counts from zero."""
@@ -299,11 +297,11 @@ class Bench:
         """Return the instructions begun in the last 40 cycles before a time that lies not long ago; go back there."""
         begin_ps, rows = t_ps - self.cycles_ps(_LISTED_CYCLES + _TAIL_CYCLES), list[Executed]()
         self.axis = self.encoder
-        ends_ps = [*(kept.now_ps for kept in self._trail), t_ps][1:]
-        for kept, end_ps in zip(list(self._trail), ends_ps, strict=False):
-            if kept.now_ps < t_ps and end_ps > begin_ps:
+        for kept, after in pairwise([*self._trail, None]):
+            end_ps = t_ps if after is None else min(after.now_ps, t_ps)
+            if kept is not None and kept.now_ps < t_ps and end_ps > begin_ps:
                 self.board.restore(kept)
-                self._step_to(min(end_ps, t_ps), begin_ps, rows)
+                self._step_to(end_ps, begin_ps, rows)
         return tuple(row for row in rows if row.cycle < self.cycle_at(t_ps) or row.text == _STOPS)
 
     def _step_to(self, t_ps: int, begin_ps: int, rows: list[Executed]) -> None:

@@ -26,6 +26,8 @@ NONE = "none"
 """The value of a parameter that says: nothing of it."""
 _KNOWN: dict[str, Texts] = {}
 """By digest."""
+_READ: dict[str, dict[str, None]] = {}
+"""Values by what stands before the digest."""
 _FOLDERS: list[tempfile.TemporaryDirectory[str]] = []
 """They go with the process."""
 
@@ -81,7 +83,25 @@ class OwnFile:
             texts = dict(sorted(_with_imported(folder / path, texts).items()))
         digest = hashlib.sha256(json.dumps(texts, sort_keys=True).encode()).hexdigest()[:10]
         _KNOWN[digest] = texts
-        return (f"{path.name}{':' * bool(kind)}{kind}#{digest}",)
+        value = f"{path.name}{':' * bool(kind)}{kind}#{digest}"
+        _READ.setdefault(value.partition("#")[0], {})[value] = None
+        return (value,)
+
+    def meant(self, text: str) -> tuple[Value, ...]:
+        """Return the values of plans read here that a text without a digest, or with it, stands for."""
+        return text, *_READ.get(text, ())
+
+    def check_beside(self, there: bool, where: str) -> None:
+        """Check that a plan gives the other parameter, too.
+
+        Raises
+        ------
+        ArgumentError
+            It does not.
+        """
+        if not there:
+            allowed = f"{self.beside} beside it: the one whose step and states it has"
+            raise ArgumentError(where, "", allowed, problem="stands alone")
 
 
 def texts_of(values: Iterable[Value]) -> dict[str, Texts]:

@@ -23,7 +23,6 @@ BUILT_IN = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "bl
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
 _MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
-_FOLDER = Path(__file__).parent
 _TOP = ("about", "job", "seed", "runs", "by", "requirement", "try", "only")
 _RANGE = ("from", "to", "points", "spacing", "draw")
 _ID = re.compile(r"[^\s,]{1,60}")
@@ -226,10 +225,8 @@ class Plan:
         found: list[tuple[Parameter, Sequence[Value]]] = []
         for one in places:
             tried = self.grid.get(one.name, ())
-            if isinstance(one, Choice):
+            if not isinstance(one, Number):
                 meant_here: Sequence[Value] = one.meant(text if named else word)
-            elif isinstance(one, OwnFile):
-                meant_here = [value for value in tried if str(value).partition("#")[0] == text]
             else:
                 meant_here = one.read(_plain(text), f"--only {key}")
             values = [value for value in meant_here if value in tried]
@@ -267,11 +264,10 @@ def plan_text(word: str) -> tuple[str, str]:
         A file that cannot be read.
     """
     if word in BUILT_IN:
-        return word, (_FOLDER / f"{word}.toml").read_text(encoding="utf-8")
+        return word, (Path(__file__).parent / f"{word}.toml").read_text(encoding="utf-8")
     if not word.endswith(".toml"):
-        raise ArgumentError(
-            "plan", repr(word[:60]), f"a FILE.toml, or one of {', '.join(BUILT_IN)}", meant(word, BUILT_IN)
-        )
+        allowed = f"a FILE.toml, or one of {', '.join(BUILT_IN)}"
+        raise ArgumentError("plan", repr(word[:60]), allowed, meant(word, BUILT_IN))
     return Path(word).stem, read_text(word, "a plan in TOML")
 
 
@@ -308,9 +304,8 @@ def read_plan(word: str) -> Plan:
             drawn[one.name] = _drawn(tried, one, given)
         else:
             grid[one.name] = one.usual if given is None else _values(tried, one, given)
-        if isinstance(one, OwnFile) and grid[one.name] != one.usual and not tried.has(one.beside):
-            allowed = f"{one.beside} beside it: the one whose step and states it has"
-            raise tried.refused(one.key, allowed, problem="stands alone")
+        if isinstance(one, OwnFile) and grid[one.name] != one.usual:
+            one.check_beside(tried.has(one.beside), tried.where(one.key))
     rules = top.raw("only")
     if not isinstance(rules, list):
         raise FileFormatError(path, None, "only is no list of tables", "[[only]]")

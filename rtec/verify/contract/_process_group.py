@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -23,7 +23,8 @@ def run_group(command: Sequence[str], *, folder: Path, within_s: float) -> tuple
     """
     with (folder / "said").open("w+b") as said:
         # what a compiler leaves when it is ended goes with the folder, too
-        process = begin_group(command, cwd=folder, stdout=said, stderr=said, env=os.environ | {"TMPDIR": str(folder)})
+        environment = os.environ | {"TMPDIR": str(folder)}
+        process = begin_group(command, folder=folder, stdout=said, stderr=said, environment=environment)
         try:
             code = process.wait(within_s)
         except subprocess.TimeoutExpired:
@@ -36,11 +37,20 @@ def run_group(command: Sequence[str], *, folder: Path, within_s: float) -> tuple
 
 
 def begin_group(
-    command: Sequence[str], *, stdin: int = subprocess.DEVNULL, stdout: IO[Any] | int, **more: Any
+    command: Sequence[str],
+    *,
+    stdin: int = subprocess.DEVNULL,
+    stdout: IO[Any] | int,
+    stderr: IO[Any] | None = None,
+    folder: Path | None = None,
+    environment: Mapping[str, str] | None = None,
+    descriptors: Sequence[int] = (),
 ) -> subprocess.Popen[bytes]:
-    """Begin a program; Ctrl-C is its parent's, which ends it."""
-    more |= {"stdin": stdin, "stdout": stdout, "start_new_session": True, "bufsize": 0}
-    return subprocess.Popen(command, **more)  # noqa: S603 - without a shell, and what the user asked to run
+    """Begin a program with some open files; Ctrl-C is its parent's, which ends it."""
+    return subprocess.Popen(  # noqa: S603 - without a shell, and what the user asked to run
+        command, stdin=stdin, stdout=stdout, stderr=stderr, cwd=folder, env=environment, pass_fds=descriptors,
+        start_new_session=True, bufsize=0,
+    )  # fmt: skip
 
 
 def signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

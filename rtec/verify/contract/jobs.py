@@ -123,7 +123,7 @@ def _case(trials: Trials, kind: MotionKind, seed: int, run: int) -> Case | None:
 
 def _impossible(parameters: Parameters) -> str | None:
     """Return why an algorithm of the user's is not tried: once is enough of what means nothing to it."""
-    if parameters["algorithm"] != NONE and parameters["processor"] != Processor.FAST.value:
+    if parameters.get("algorithm", NONE) != NONE and parameters["processor"] != Processor.FAST.value:
         return "an algorithm of one's own has times of its own, and is tried once, beside processor fast"
     return None
 

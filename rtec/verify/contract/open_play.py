@@ -228,7 +228,8 @@ def _behind(stimulus: Stimulus, effects: Sequence[FaultEffect], path: OpenPath) 
     for effect in effects:
         fault = effect.fault
         if fault.kind.code == REQUEST:
-            asks = corrupted(asks, fault, effect, path.injector.design.word_limit.bit_length())
+            asks, wrong_ps = corrupted(asks, fault, path.injector.design.word_limit.bit_length())
+            effect.add((wrong_ps, int(wrong_ps is not None)))
         else:
             check_beside_box(fault.kind)
             wrong = line_fault(fault, stimulus.edges.initial).through(edges, 0, NEVER)

@@ -131,8 +131,8 @@ class PythonClass(Closing):
                 [sys.executable, "-m", "rtec.verify.contract._python_child", str(self.file), self.class_name]
                 + [str(descriptor) for descriptor in passed],
                 stdout=sys.__stderr__ if sys.__stderr__ is not None else subprocess.DEVNULL,
-                pass_fds=passed,
-                env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
+                descriptors=passed,
+                environment=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         try:
             error, self._reasons = json.loads(self._received())

@@ -173,7 +173,7 @@ class VerilogAlgorithm(Closing):
         if self._simulation is None or self._simulation.poll() is not None:
             with self._said.open("wb") as said:
                 self._simulation = begin_group(
-                    [str(self._built.program)], cwd=self._file.resolve().parent, stdin=subprocess.PIPE,
+                    [str(self._built.program)], folder=self._file.resolve().parent, stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE, stderr=said,
                 )  # fmt: skip
         changes = [stream_rows(stimulus) for stimulus in stimuli]

@@ -16,7 +16,7 @@ from rtec.board.board import Snapshot
 from rtec.controller import ReceiverSettings
 from rtec.controller._kernels import RECEIVER, reset as reset_receiver
 from rtec.injector import Design
-from rtec.signal import levels_of_states
+from rtec.signal import EdgeStream, levels_of_states
 from rtec.units import PS_PER_S
 from rtec.verify.bench import Bench
 from rtec.verify.envelope import _kernels as kernels
@@ -82,6 +82,11 @@ class PhaseSweepBench(Bench):
         if told_ps.size >= 6:
             self.reading_ps = int(told_ps[5] - told_ps[1]) // 4
         self.rested = self.keep()
+
+    def seen_until(self, t_ps: int) -> EdgeStream:
+        """Run up to a time in one piece; return what the controller sees meanwhile."""
+        self._run_to(t_ps)
+        return self._controller[-1]
 
     def shifts(self, moment: Snapshot, clocks: NDArray[np.int64]) -> Longs:
         """Return how long after a moment so many clocks' edges lie, and one picosecond.

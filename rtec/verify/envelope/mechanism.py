@@ -10,7 +10,7 @@ from rtec.signal import ILLEGAL, EdgeStream, count_deltas
 from rtec.units import PS_PER_S
 from rtec.verify.envelope import _kernels as kernels
 from rtec.verify.envelope.bench import IDEAL, Longs
-from rtec.verify.envelope.trials import Failure, Trials
+from rtec.verify.envelope.trials import Failure, Limit, Trials
 
 _RAISED = 1.05
 """By so much faster a failing trial is tried with an ideal decoder, to tell the filter's share from the box's."""
@@ -33,11 +33,13 @@ class Mechanism(enum.Enum):
     """The program never inserts."""
 
 
-def mechanism_of(failure: Failure, trials: Trials) -> Mechanism:
-    """Return what broke in a failing trial, one of some trials."""
+def mechanism_of(limit: Limit[Failure], trials: Trials) -> Mechanism:
+    """Return what broke in the trial just above the limit of some trials."""
+    failure, bench = limit.failure, trials.bench
+    if failure is None:
+        return Mechanism.FILTER if limit.safe else Mechanism.NO_ANSWER
     if failure.verdict == kernels.NOT_COMPLETED:
-        return Mechanism.GATE
-    bench = trials.bench
+        return Mechanism.GATE if limit.safe else Mechanism.NO_ANSWER
     bench.play(failure.moment, failure.motion, failure.phase_clocks)
     counts = bench.controller.counts()
     inserted = bench.design.step_counts * bench.words.completed

@@ -72,19 +72,16 @@ def armed_moments(bench: PhaseSweepBench) -> list[Armed]:
 
 def _approach(bench: PhaseSweepBench, direction: int, sign: int, before: int, part: float) -> Snapshot | None:
     """Creep; ask behind ``before`` transitions; return the last moment before the one that sets off an insertion."""
-    spacing_ps = round(_CREEP * bench.reading_ps)
+    half_ps = round(_CREEP * bench.reading_ps) // 2
     bench.reset(bench.rested)
     bench.run_for(round(part * bench.reading_ps))
     kept = bench.keep()
-    for made in range(before + 24):
+    bench.edges(bench.now_ps + half_ps * np.arange(1, 2 * (before + 24), 2), direction)
+    for made, at_ps in enumerate(bench.axis.times_ps.tolist()):
         if made == before:
             bench.board.ask(sign)
         last, kept = kept, bench.keep()
-        at_ps = bench.now_ps + spacing_ps // 2
-        bench.begin()
-        bench.edges(np.array([at_ps]), direction)
-        bench.run_until(at_ps + spacing_ps // 2)
-        seen = bench.controller
+        seen = bench.seen_until(at_ps + half_ps)
         if made > before and len(seen) > 1:
             early = seen.times_ps[0] < at_ps and bench.design.step_counts > 1
             return _placed(bench, last if early else kept)

@@ -23,7 +23,7 @@ from rtec.verify.envelope.gate import gate_of
 from rtec.verify.envelope.mechanism import Mechanism, mechanism_of
 from rtec.verify.envelope.motion import InMotion, limit_in_motion
 from rtec.verify.envelope.speeds import passing_alone, speeds_of
-from rtec.verify.envelope.trials import Bursts, Failure, Limit, Streams, Trials
+from rtec.verify.envelope.trials import Bursts, Failure, Streams, Trials
 
 RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
 """The demonstration machine's rapid traverse, "moderate by today's standards", and what was "on the horizon"."""
@@ -222,7 +222,7 @@ def _row(
     progress(0.1)
     limit = trials.limit(exhaustive=plan.exhaustive)
     progress(0.5)
-    limited_by, failure = _mechanism(trials, limit), limit.failure
+    limited_by, failure = mechanism_of(limit, trials), limit.failure
     speeds, gate_hz, acceleration = passing_alone(limit.safe, GOAL_HZ), None, None
     if not plan.nothing_owed:
         if limit.safe:
@@ -249,13 +249,6 @@ def _in_motion(
         failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
     safe_hz = speeds.frequencies.max_passing_hz
     return row(max_safe_hz=safe_hz, limited_by=limited_by, failing=failing, speeds=speeds, trials=trials)
-
-
-def _mechanism(trials: Trials, limit: Limit[Failure]) -> Mechanism:
-    if limit.failure is None:
-        return Mechanism.NO_ANSWER if limit.safe == 0.0 else Mechanism.FILTER
-    found = mechanism_of(limit.failure, trials)
-    return Mechanism.NO_ANSWER if found is Mechanism.GATE and limit.safe == 0.0 else found
 
 
 def _named(failure: Failure) -> FailingTrial:

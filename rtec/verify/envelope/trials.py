@@ -106,19 +106,13 @@ class Failure:
 class Trials(ABC):
     """Trials at a frequency over phases between transitions and program, and the search for the largest safe one.
 
-    Attributes
-    ----------
-    bench, jitter_ps
-        The board; bound of the encoder's jitter, taken at its worst.
-    answers
-        Whether the program inserts at all.
-    loop_cycles
-        Period of the program's waiting loop; 0 where none was looked for.
+    The bound of the encoder's jitter, ``jitter_ps``, is taken at its worst.
     """
 
     def __init__(self, bench: PhaseSweepBench, jitter_ps: int = 0) -> None:
         self.bench, self.jitter_ps = bench, jitter_ps
         self.answers, self.loop_cycles = True, 0
+        """Whether the program inserts at all; period of its waiting loop, 0 where none was looked for."""
         self._met: list[int] = []
         """Phases that have failed in a sweep of all."""
 

@@ -76,9 +76,9 @@ class Variant:
 
     @property
     def place(self) -> str:
-        """Return where it happens, in a word: ``bus``, ``pc``, ``box``, or ``encoder``: the lines before the box."""
+        """Return where it happens, in a word: ``bus``, ``pc``, ``box``, or ``lines`` for those before the box."""
         at_box = self.kind.place is FaultPlace.AXIS and not self.upstream
-        return "box" if at_box else "encoder" if self.upstream else self.kind.place.value.lower()
+        return "box" if at_box else "lines" if self.upstream else self.kind.place.value.lower()
 
     @property
     def upstream(self) -> bool:

@@ -210,6 +210,24 @@ def test_two_faults_prove_themselves_each_and_together_take_what_one_alone_would
     assert (late.word, late.effects[0].changes, late.effects[1].activated_ps) == (NOT_ACTIVATED, 2, None)
 
 
+def test_a_wrong_request_is_in_the_twin_of_the_other_fault_too():
+    path = path_of(Design.C, cycles=1000, corrections=40)
+    alone = run(path, ("power lost", 5 * MS)).outcome.effects[0]
+    both = run(path, ("request corrupted", MS), ("power lost", 5 * MS)).outcome.effects
+    assert (both[1].activated_ps, both[1].changes) == (alone.activated_ps, alone.changes)
+    assert both[0].changes == 1
+
+
+@pytest.mark.parametrize("firmware", [False, True])
+def test_a_box_without_power_cannot_be_restarted(firmware):
+    path = path_of(Design.C, Processor.MCS51, firmware=firmware)
+    at_ps = length_ps(path) // 2
+    found = run(path, ("power lost", at_ps), ("box restarted", at_ps * 3 // 2)).outcome
+    assert (found.word, found.effects[1].activated_ps) == (NOT_ACTIVATED, None)
+    # an end behind that of the run is none
+    assert run(path, ("power lost", at_ps, 3600 * 10**12)).outcome.effects[0].fault.until_ps is None
+
+
 def test_windows_make_no_difference(monkeypatch):
     wanted = ("noise burst", MS), ("clock slow", 300 * US, 2 * MS)
     path = path_of(Design.ORIGINAL, cycles=300, corrections=40, encoder=Encoder(imperfections=FLAWED, seed=2))

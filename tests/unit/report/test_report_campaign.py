@@ -161,7 +161,8 @@ def test_a_page_keeps_its_words_and_gets_the_tables_that_it_has_places_for(plan,
     page = tmp_path / "page.md"
     page.write_text(
         "# Mine\n\n<!-- rtec campaign <mine>: rates -->\nold\n<!-- end -->\n\nstays\n\n"
-        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
+        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n"
+        "<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
     )
     with Store(":memory:") as store:
         found, addresses = run_campaign(plan, store, Serial()), addresses_of(plan)

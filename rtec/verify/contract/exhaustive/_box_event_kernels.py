@@ -7,10 +7,11 @@ one after the other, in each order. A comparison of the box with equal sides has
 from __future__ import annotations
 
 from rtec._jit import Record, helper, kernel
+from rtec.injector._insertion_kernels import UNTIMED_PS
 from rtec.injector._kernels import injector_edge, injector_fire, injector_request
 from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, SAMPLING
 from rtec.signal._kernels import ILLEGAL, NEVER, count_delta, level_of_state, state_of_level
-from rtec.verify.contract.exhaustive._box_state_kernels import NOW_PS, UNTIMED_PS, pack, unpack
+from rtec.verify.contract.exhaustive._box_state_kernels import NOW_PS, pack, unpack
 
 KEPT, ILLEGAL_CHANGE, TOO_CLOSE, WRONG_COUNT, UNFINISHED, TOO_LATE = 0, 1, 2, 3, 4, 5
 """What an event breaks of the contract."""
@@ -122,10 +123,12 @@ def take_edge(s: Record, m: Record, move: int, sides: int) -> None:
     if sides & AT_RECOGNISED:
         s.recognised_ps -= 1
     injector_edge(s, NOW_PS, level)
-    if m.motion != STANDING and move != m.direction:
+    if m.motion == STANDING:  # only the same direction is bound by the time from power-up
+        m.motion = m.classes - 1 if m.since >= m.begins[m.classes - 1] else FIRST
+    elif move != m.direction:
         m.motion = TURNED
     else:
-        m.motion = FIRST if m.motion == STANDING else MOVING
+        m.motion = MOVING
         for k in range(MOVING + 1, m.classes):
             if m.since >= m.begins[k]:
                 m.motion = k
@@ -136,6 +139,7 @@ def take_edge(s: Record, m: Record, move: int, sides: int) -> None:
 @helper
 def wait(m: Record) -> int:
     """Let one point of the grid pass; return what that breaks."""
+    m.looked = (m.looked + 1) % m.looks
     m.since = min(m.since + 1, m.longest)
     if m.off != 0:
         m.off_for += 1
@@ -176,9 +180,8 @@ def count_both(s: Record, m: Record, before_in: int, before_out: int) -> int:
 def carry_out(s: Record, m: Record, kind: int, owed: int, sides: int, look: int) -> int:
     """Let an event happen, and write the state behind it down; return what it breaks.
 
-    ``owed`` is the sign of what is asked for and not inserted, once an insertion that ends now is booked. The next
-    look of a polling processor comes ``look // 2`` points after it turns to the lines and a little more, or, for
-    one, a whole period later: it has just missed them.
+    ``owed`` is the sign of what is asked for and not inserted, once an insertion that ends now is booked. A look of a
+    polling processor that falls on this point comes a little later, or, for a ``look`` of 1, a little sooner.
     """
     m.booked = 0
     if kind == WAIT:
@@ -188,7 +191,7 @@ def carry_out(s: Record, m: Record, kind: int, owed: int, sides: int, look: int)
     before_in, before_out = s.ab_in, s.ab_out
     s.requested = owed + (s.sign if s.phase == INSERTING else 0)
     if s.poll_ps > 0:
-        s.poll_offset_ps = (NOW_PS + (look >> 1) * m.grid_ps + (-1 if look & 1 else 1)) % s.poll_ps
+        s.poll_offset_ps = (NOW_PS - m.looked * m.grid_ps + (1 if look == 0 else -1)) % s.poll_ps
     if kind == FIRE:
         injector_fire(s)
     elif kind == REQUEST:
@@ -209,7 +212,8 @@ def follow(first: int, second: int, how: int, s: Record, m: Record) -> int:
 
 
 @kernel
-def begin(s: Record, m: Record) -> None:
-    """Write the state at power-up down."""
+def begin(s: Record, m: Record, looked: int) -> None:
+    """Write the state at power-up down, so long after a look."""
+    m.looked = looked
     s.last_edge_ps = NOW_PS  # as `BuiltIn`: a rest counts only once it was seen
     pack(s, m, NOW_PS)

@@ -32,8 +32,9 @@ MODEL = np.dtype(
         ("longest", np.int64),  # up to here the time since the last edge is kept
         ("separation", np.int64),
         ("delay", np.int64),
-        ("looks", np.int64),  # ways in which the next look of the processor can lie; 1 where it looks always
+        ("looks", np.int64),  # of a polling processor: from one to the next; 1 where it looks always
         # state beside the box
+        ("looked", np.int64),  # the last look of the processor
         ("direction", np.int64),  # of the last edge; 0: none yet
         ("motion", np.int64),  # its class
         ("since", np.int64),  # the last edge, or power-up
@@ -101,6 +102,7 @@ def pack(s: Record, m: Record, now_ps: int) -> None:
     turn_alike(s, m)
     inserting = s.phase == INSERTING
     w = put(0, 3, s.phase, m)
+    w = put(w, 7, m.looked, m)
     w = put(w, 15, 0 if s.next_ps >= NEVER else 1 + points_after(s.next_ps, now_ps, grid_ps), m)
     w = put(w, 12, max(1 + points_after(max(s.ready_ps, now_ps - grid_ps), now_ps, grid_ps), 0), m)
     w = put(w, 2, s.ab_in, m)
@@ -150,7 +152,8 @@ def unpack(first: int, second: int, s: Record, m: Record) -> None:
     s.ready_ps = now_ps + (((w >> 20) & 4095) - 1) * grid_ps
     after = (w >> 32) & 32767
     s.next_ps = NEVER if after == 0 else now_ps + (after - 1) * grid_ps
-    s.phase = w >> 47
+    m.looked = (w >> 47) & 127
+    s.phase = w >> 54
     s.recognised_ps = s.next_ps - s.decide_ps
     seen = s.sampled if s.in_path == 1 else level_of_state(s.origin)
     if s.holding == 1 or s.ab_in != seen:  # an edge came since: where it came now, it came after the look
@@ -179,7 +182,7 @@ def unpack(first: int, second: int, s: Record, m: Record) -> None:
 def fields_of(first: NDArray[np.int64], second: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
     """Return what Python looks at in states, shape (n,), one value for each of them."""
     return {
-        "phase": first >> 47,
+        "phase": first >> 54,
         "after": ((first >> 32) & 32767) - 1,
         "ready": ((first >> 20) & 4095) - 1,
         "levels": (first >> 13) & 3,

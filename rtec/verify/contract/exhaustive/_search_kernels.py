@@ -12,12 +12,10 @@ from rtec.verify.contract.exhaustive._box_event_kernels import (
     FIRE,
     KEPT,
     REQUEST,
-    UP,
     WAIT,
     carry_out,
     code_of,
     equal_sides,
-    inserts_here,
     least_owed,
     may_come,
     most_owed,
@@ -81,8 +79,8 @@ def enter_all(states: States, count: int, table: Table) -> None:
 
 @helper
 def enter(q: Record, states: States, table: Table, s: Record, m: Record, kind: int, owed: int, sides: int) -> None:
-    """Enter what follows from the next state by an event, at every look."""
-    for look in range(m.looks):
+    """Enter what follows from the next state by an event, with a look of the processor behind it or before it."""
+    for look in range(2):
         unpack(states[q.next].first, states[q.next].second, s, m)
         q.broken = carry_out(s, m, kind, owed, sides, look)
         q.how = code_of(kind, owed, sides, look)
@@ -95,8 +93,24 @@ def enter(q: Record, states: States, table: Table, s: Record, m: Record, kind: i
             new = states[q.found]
             new.first, new.second, new.parent, new.how = m.first, m.second, q.next, q.how
             q.found += 1
-        if kind == WAIT or (s.phase != ARMED and s.phase != SAMPLING):
+        if s.poll_ps == 0 or kind == WAIT or (s.phase != ARMED and s.phase != SAMPLING):
             return
+
+
+@helper
+def expand(q: Record, states: States, table: Table, s: Record, m: Record, kind: int) -> bool:
+    """Enter all that follows from the next state by a kind of event; return whether nothing is broken."""
+    unpack(states[q.next].first, states[q.next].second, s, m)
+    if not may_come(s, m, kind):
+        return True
+    least, most, equal = least_owed(s, kind), most_owed(s, kind), equal_sides(s, m, kind)
+    for owed in range(least, most + 1):
+        for sides in range(8):
+            if sides & ~equal == 0:
+                enter(q, states, table, s, m, kind, owed, sides)
+                if q.broken != KEPT or m.wide == 1:
+                    return False
+    return True
 
 
 @kernel
@@ -118,30 +132,20 @@ def search(q: Record, states: States, table: Table, s: Record, m: Record, most: 
         if q.found + MOST_NEW > states.size:
             return FULL
         for kind in range(DOWN, REQUEST + 1):
-            unpack(states[q.next].first, states[q.next].second, s, m)
-            if (kind == WAIT) != (q.end > 0) or not may_come(s, m, kind):
-                continue
-            least, most_of = least_owed(s, kind), most_owed(s, kind)
-            equal = equal_sides(s, m, kind)
-            for owed in range(least, most_of + 1):
-                for sides in range(8):
-                    if sides & ~equal == 0:
-                        enter(q, states, table, s, m, kind, owed, sides)
-                        if q.broken != KEPT or m.wide == 1:
-                            return BROKEN
+            if (kind == WAIT) == (q.end > 0) and not expand(q, states, table, s, m, kind):
+                return BROKEN
         q.next += 1
     return PAUSED
 
 
 @kernel
 def settle(states: States, count: int, table: Table, s: Record, m: Record, owed: int, after: Table) -> None:
-    """Find what each state becomes by itself with so much owed: itself where a step is booked, or nothing changes."""
+    """Find what each state becomes by itself with so much owed: itself where it rests or books a step."""
     for k in range(count):
         after[k] = k
         unpack(states[k].first, states[k].second, s, m)
-        planned = s.phase == ARMED and s.recognised_ps >= NOW_PS
-        if (owed == 0 and planned) or (owed != 0 and s.phase == IDLE and inserts_here(s)):
-            continue  # this much is not owed here
+        if s.phase == IDLE or (owed == 0 and s.phase == ARMED and s.recognised_ps >= NOW_PS):
+            continue  # it rests; or what is planned would not be if so much were owed
         kind = FIRE if may_come(s, m, FIRE) else WAIT
         carry_out(s, m, kind, owed if least_owed(s, kind) < 0 else min(abs(owed), most_owed(s, kind)), 0, 0)
         if m.booked == 0:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from rtec._jit import new_record
-from rtec.errors import ArgumentError
+from rtec.errors import ArgumentError, RtecError
 from rtec.injector import InjectorSettings, _kernels
 from rtec.injector._state_kernels import ARMED, IDLE, INJECTOR, LETTING_GO, WRITING
+from rtec.readable import time_text
 from rtec.signal._kernels import level_of_state, state_of_level
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.exhaustive import _box_event_kernels as events, _search_kernels as kernels
@@ -20,8 +23,19 @@ from rtec.verify.contract.exhaustive._box_state_kernels import MODEL, fields_of
 from rtec.verify.contract.exhaustive.encoder import EncoderModel
 from rtec.verify.contract.exhaustive.result import Ending, Event, Way
 
+BYTES = kernels.STATE.itemsize + 2 * np.dtype(np.int32).itemsize
+"""That one state takes, with its two places in the table."""
 _STRETCH = 100_000
 _FIRST_ROOM = 1 << 17
+
+
+def free_memory() -> float:
+    """Return the bytes that are free, as Linux tells them; elsewhere infinity, and an allocation fails instead."""
+    try:
+        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
+    except OSError:
+        return math.inf
+    return 1024.0 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +82,10 @@ class Grid:
         longest_ps = max(busy_ps, gate_ps + 2 * grid_ps, contract.separation_ps, contract.turn_ps, 2 * shortest_ps)
         quiet = -(-longest_ps // grid_ps)
         begins = EncoderModel.of(contract, grid_ps=grid_ps, quiet=quiet).begins[-1]
-        return cls(grid_ps=grid_ps, quiet=quiet, rest=min(max(quiet, begins) + 2, timing.rest_ps // grid_ps))
+        whole = timing.rest_ps // grid_ps
+        least = max(quiet, begins) + 2
+        least += (whole - least) % max(timing.poll_ps // grid_ps, 1)  # what is left out are whole periods of looks
+        return cls(grid_ps=grid_ps, quiet=quiet, rest=min(least, whole))
 
 
 class BoxSearch:
@@ -110,13 +127,14 @@ class BoxSearch:
             model[name][: model.classes] = getattr(self.encoder, name)
         model.separation = -(-contract.separation_ps // grid_ps)
         model.delay = contract.delay_ps // grid_ps
-        model.looks = max(2 * timing.poll_ps // grid_ps, 1)
+        model.looks = max(timing.poll_ps // grid_ps, 1)
         self._states, self._table = np.zeros(0, kernels.STATE), np.zeros(0, np.int32)
         self._make_room(_FIRST_ROOM)
-        for state in range(4 if settings.design.one_state else 1):  # elsewhere all four are alike
+        states = range(4 if settings.design.one_state else 1)  # elsewhere all four are alike
+        for number, (state, looked) in enumerate(itertools.product(states, range(model.looks))):
             _kernels.reset(self._box, level_of_state(state))
-            events.begin(self._box, model)
-            self._states[state] = model.first, model.second, -1, 0
+            events.begin(self._box, model, looked)
+            self._states[number] = model.first, model.second, -1, 0
             self._at.found += 1
         kernels.enter_all(self._states, self.found, self._table)
 
@@ -151,6 +169,8 @@ class BoxSearch:
 
         Raises
         ------
+        RtecError
+            There is no memory for the states.
         ArithmeticError
             A value that the words of a state do not hold.
         """
@@ -188,8 +208,8 @@ class BoxSearch:
         points: list[int] = []  # of all that happened
         unread: int | None = None  # the last request, until its sign is looked at
         t_ps = free_ps = completed = asked = 0
-        begun = by = number
-        sense = 1  # the encoder's state is by + sense * that of the model
+        begun, looked = divmod(number, int(model.looks))
+        by, sense = 0, 1  # the encoder's state is by + sense * that of the model
         for how in reversed(hows):
             kind, owed, sides, _ = events.event_of(how)
             before = {name: int(value) for name, value in fields_of(first, second).items()}
@@ -213,7 +233,7 @@ class BoxSearch:
                     seen[unread] = replace(seen[unread], total=asked)
                 else:
                     unread = len(seen)
-                    seen.append(Event(time_ps=asked_ps, total=asked, move=0, close=asked_ps in points))
+                    seen.append(Event(time_ps=asked_ps, total=asked, move=0, close=asked_ps in points[:-1]))
             unread = None if starts else unread
             free_ps = t_ps if looks else free_ps
             if kind in (events.UP, events.DOWN):
@@ -225,7 +245,7 @@ class BoxSearch:
             state=begun,
             events=tuple(replace(each, close=each.close or each.time_ps in crowded) for each in seen),
             end_ps=t_ps,
-            looks=max(timing.poll_ps // grid_ps, 1),
+            late_ps=looked * grid_ps,
             grid_ps=grid_ps,
             completed=completed,
             levels=int(level_of_state(state & 3)),
@@ -236,10 +256,20 @@ class BoxSearch:
         return fields_of(found["first"], found["second"])
 
     def _make_room(self, room: int) -> None:
-        states = np.zeros(room, kernels.STATE)
-        states[: self._states.size] = self._states
-        self._states = states
-        self._table = np.full(2 * room, kernels.EMPTY, np.int32)
+        needed, free = room * BYTES, free_memory()
+        try:
+            if needed > free:
+                raise MemoryError
+            states = np.zeros(room, kernels.STATE)
+            states[: self._states.size] = self._states
+            self._states, self._table = states, np.zeros(0, np.int32)  # the old table goes before the new one comes
+            self._table = np.full(2 * room, kernels.EMPTY, np.int32)
+        except MemoryError:
+            raise RtecError(
+                f"{self.settings.design.title}: no memory for more than {self._states.size} states on a grid of"
+                f" {time_text(self.grid.grid_ps)}: {needed / 1e9:.2f} GB needed, {free / 1e9:.2f} GB free; use a"
+                f" lower --frequency or free memory"
+            ) from None
         kernels.enter_all(self._states, self.found, self._table)
 
     def _comes_to_rest(self) -> bool:

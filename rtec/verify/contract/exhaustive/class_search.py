@@ -159,7 +159,7 @@ class ClassSearch:
         if len(state) == 1:  # at power-up
             begun = int(state_of_level(state[0]))
             return Way(
-                state=begun, events=(), end_ps=self.grid_ps, looks=1, grid_ps=self.grid_ps, completed=0, levels=0
+                state=begun, events=(), end_ps=self.grid_ps, late_ps=0, grid_ps=self.grid_ps, completed=0, levels=0
             )
         steps = [(state, how)]
         parent = self.states.get(state, (None, how))
@@ -177,7 +177,7 @@ class ClassSearch:
             if k + 1 < len(steps):
                 completed += owed - steps[len(steps) - 2 - k][0][4]
         return Way(
-            state=int(state_of_level(first[1])), events=tuple(events), end_ps=t_ps, looks=1, grid_ps=self.grid_ps,
+            state=int(state_of_level(first[1])), events=tuple(events), end_ps=t_ps, late_ps=0, grid_ps=self.grid_ps,
             completed=completed, levels=0,
         )  # fmt: skip
 
@@ -197,7 +197,7 @@ class ClassSearch:
                     yield asked, move, _BEFORE
                     yield asked, move, _AFTER
 
-    def _after(self, state: State, how: tuple[int, int, int]) -> State | None:  # noqa: C901, PLR0912 - one instant
+    def _after(self, state: State, how: tuple[int, int, int]) -> State | None:  # noqa: C901 - one instant
         """Return the state at the next point, or None where it breaks the contract."""
         values, ab_in, ab_out, wake, owed, since, direction, motion, off, off_for, line, line_for = state
         asked, move, _ = how
@@ -233,10 +233,7 @@ class ClassSearch:
         if (off and off_for > self._delay) or abs(off) > _MOST_OFF:
             return None
         if move:
-            if motion and move != direction:
-                motion = 2
-            else:
-                motion = 4 if since >= self.encoder.begins[4] else 3 if motion else 1
+            motion = self.encoder.motion_after(motion, since, turns=move != direction)
             direction, since = move, 0
         after = (values, level, shown, points, asked - booked, since, direction, motion, off, off_for, line, line_for)
         if points == 0 or after == state:  # nothing will come any more by itself

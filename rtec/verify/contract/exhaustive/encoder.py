@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from rtec.verify.contract._stream_kernels import fastest_hz, too_soon
 from rtec.verify.contract.contract import Contract
 
-
 MOVING = 3
 _SPEEDS = 60
 """Classes of a motion that goes on: by the time between its last two edges, each time a bit slower."""
@@ -31,8 +30,16 @@ class EncoderModel:
     """
 
     begins: tuple[int, ...]
+    """The last class may turn at once."""
     least_same: tuple[int, ...]
     least_turn: tuple[int, ...]
+
+    def motion_after(self, motion: int, since: int, *, turns: bool) -> int:
+        """Return the class behind an edge that came so long after the last one, of a motion of some class."""
+        last = len(self.begins) - 1
+        if motion == 0:  # only the same direction is bound by the time from power-up
+            return last if since >= self.begins[last] else 1
+        return 2 if turns else max(k for k in range(MOVING, last + 1) if since >= self.begins[k])
 
     @classmethod
     def of(cls, contract: Contract, *, grid_ps: int, quiet: int) -> EncoderModel:

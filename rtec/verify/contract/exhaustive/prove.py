@@ -102,7 +102,7 @@ def prove(
         waiting=search.waiting,
         successors=search.made,
         grid_ps=search.grid.grid_ps,
-        window=0,
+        window=None,
         seconds=time.monotonic() - begun,
         delay_ps=search.delay_ps,
         worst=worst,

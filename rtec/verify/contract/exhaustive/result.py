@@ -12,7 +12,7 @@ from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.streams import Stream, can_be
 from rtec.verify.contract.trials import Case, Run, Trials
 
-_MOST_TRIED = 3000
+_MOST_TRIED = 5000
 _LOOSE = 6
 """Events at the end of a way that may come a picosecond beside the grid."""
 
@@ -49,8 +49,8 @@ class Way:
     """Angle state at power-up."""
     events: tuple[Event, ...]
     end_ps: int
-    looks: int
-    """Points of the grid in a period of the processor's looks."""
+    late_ps: int
+    """By so much later all of it fits to the looks of the processor, which come from power-up on."""
     grid_ps: int
     completed: int
     """Steps at the end."""
@@ -58,31 +58,37 @@ class Way:
     """At the controller, at the end."""
 
     def streams(self, contract: Contract, until_ps: int) -> Iterator[Stream]:
-        """Yield streams that may go this way: what is close a picosecond sooner or later, at each look."""
-        exact = self._times(round(contract.quarter_ps * (1.0 - contract.jitter)), contract.turn_ps)
+        """Yield streams that may go this way: what is close a picosecond sooner or later, one gap a bit longer."""
         # one moves with the others, or it would come nearer to them than an encoder sends it
         some = any(event.close for event in self.events)
         loose = range(max(len(self.events) - _LOOSE, 0), len(self.events)) if some else range(0)
-        for look in range(self.looks):
-            for shifts in itertools.product((0, -1, 1), repeat=len(loose)):
-                times = [t_ps + look * self.grid_ps for t_ps in exact]
-                for k, shift in zip(loose, shifts, strict=True):
-                    times[k] += shift
-                timed = sorted(zip(times, self.events, strict=True), key=lambda pair: pair[0])
-                edges = [(t, event.move) for t, event in timed if event.move]
-                asked = [(max(t, 1), event.total) for t, event in timed if not event.move]
-                yield Stream.of(self.state, edges, asked, max(times, default=self.end_ps) + until_ps)
+        stretched = [(0, 0), *itertools.product(range(1, len(self.events)), (self.grid_ps // 2, self.grid_ps))]
+        few_first = sorted(itertools.product((0, -1, 1), repeat=len(loose)), key=lambda each: sum(map(abs, each)))
+        for shifts, sense, (gap, by_ps) in itertools.product(few_first, (1, -1), stretched):
+            times = [t_ps + self.late_ps for t_ps in self._times(contract, sense)]
+            times[:gap] = [t_ps - by_ps for t_ps in times[:gap]]
+            for k, shift in zip(loose, shifts, strict=True):
+                times[k] += shift
+            times = [max(t_ps, 1) for t_ps in times]
+            timed = sorted(zip(times, self.events, strict=True), key=lambda pair: pair[0])
+            edges = [(t, event.move) for t, event in timed if event.move]
+            asked = [(t, event.total) for t, event in timed if not event.move]
+            yield Stream.of(self.state, edges, asked, max(times, default=self.end_ps) + until_ps)
 
-    def _times(self, shortest_ps: int, turn_ps: int) -> list[int]:
-        """Return the times of the events, moved apart by what the rounding to the grid has taken from them."""
-        times, later_ps, last = [], 0, Event(time_ps=0, total=0, move=0, close=False)
-        for event in self.events:
+    def _times(self, contract: Contract, sense: int) -> list[int]:
+        """Return the times of the events, moved apart by what the rounding to the grid has taken from them.
+
+        With a sense of 1 the later events move, with -1 the earlier ones.
+        """
+        shortest_ps = round(contract.quarter_ps * (1.0 - contract.jitter))
+        times, moved_ps, last = [], 0, Event(time_ps=0, total=0, move=0, close=False)
+        for event in self.events[::sense]:
             if event.move and last.move:
-                least_ps = shortest_ps if event.move == last.move else turn_ps
-                later_ps += max(least_ps - (event.time_ps - last.time_ps), 0)
-            times.append(event.time_ps + later_ps)
+                least_ps = shortest_ps if event.move == last.move else contract.turn_ps
+                moved_ps += max(least_ps - abs(event.time_ps - last.time_ps), 0)
+            times.append(event.time_ps + sense * moved_ps)
             last = event if event.move else last
-        return times
+        return times[::sense]
 
     def played(self, trials: Trials, longest_ps: int) -> Run | None:
         """Return the run that shows it, as the judge sees it; None where no run does."""
@@ -108,7 +114,8 @@ class Exhausted:
     """States whose successors were not looked at; 0 where all were."""
     successors: int
     grid_ps: int
-    window: int
+    window: int | None
+    """Steps that could be owed, either way; None for any number."""
     seconds: float
     delay_ps: int
     """Longest time for which a count was behind."""
@@ -137,10 +144,11 @@ class Exhausted:
         """Return what the axis and the PC are taken to do."""
         contract = self.contract
         least_ps = round(contract.quarter_ps * (1.0 - contract.jitter))
+        owed = "any number of steps" if self.window is None else f"at most {self.window} steps"
         return (
             f"two edges of one direction are {time_text(least_ps)} apart at least, a turn takes"
             f" {time_text(contract.turn_ps)}, the frequency changes by {contract.acceleration_hz_s:g} Hz/s at most",
-            f"at most {self.window} steps are owed at any time, either way; a request comes at any time",
+            f"{owed} may be owed at any time, either way; a request comes at any time",
             "power, switch and lines do not fail",
         )
 

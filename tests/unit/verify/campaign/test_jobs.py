@@ -58,6 +58,7 @@ def test_safety_is_that_of_rtec_safety():
             hyphened(one.phase.value),
             hyphened(one.variant.name.replace(",", "")),
             "none",
+            "none",
             one.seed,
         ): one
         for one in matrix.trials
@@ -123,7 +124,7 @@ def test_a_soak_is_that_of_rtec_safety_soak():
     found = records_of(plan)
     for episode in soak.episodes:
         if episode.design is Design.A and episode.number < 2:
-            assert found.pop(("a", 60.0, episode.number)) == episode_record(episode)
+            assert found.pop(("a", 60.0, "none", episode.number)) == episode_record(episode)
     assert not found
 
 

@@ -9,21 +9,16 @@ import pytest
 from verilog_modules import MODES, SAMPLER, WIRES, pins_text
 
 from rtec.errors import ArgumentError, FileFormatError, OutputError, RtecError
-from rtec.injector import Design, Stimulus, Totals
+from rtec.injector import Stimulus, Totals
 from rtec.signal import EdgeStream
 from rtec.verify.contract import verilog
-from rtec.verify.contract.contract import Contract
-from rtec.verify.contract.judge import judge
-from rtec.verify.contract.python_class import PythonClass
 from rtec.verify.contract.streams import Stream
 from rtec.verify.contract.verilog import VerilogAlgorithm, clock_of
 from rtec.verify.contract.verilog_pins import Pins
 
-EXAMPLES = Path(verilog.__file__).parents[2] / "examples"
 pytestmark = pytest.mark.skipif(
     not all(map(shutil.which, ("verilator", "make", "g++"))), reason="verilator, make or g++ is not installed"
 )
-C = Contract.of(Design.C)
 
 
 def written(folder: Path, text: str, *, name: str = "module.v", **pins: str) -> tuple[Path, Path]:
@@ -51,36 +46,6 @@ def modes(tmp_path_factory):
     """Return the module in which what is asked for goes wrong."""
     with opened(tmp_path_factory.mktemp("modes"), MODES, refused="no") as module:
         yield module
-
-
-def drawn(seed: int, count: int, closest_ps: int = 120_000) -> list[Stimulus]:
-    """Draw streams with rests between bursts, so that ticks are left out, and edges on ticks and beside them."""
-    rng = np.random.default_rng(seed)
-    made = []
-    for _ in range(count):
-        size = int(rng.integers(4, 30))
-        gaps = rng.choice([closest_ps, 500_000, 2_000_000, 90_000_000], size) + rng.integers(0, 3, size)
-        times = np.cumsum(gaps)
-        moves = np.where(np.cumsum(rng.random(size) < 0.2) % 2, 1, -1)
-        asks = sorted({int(t) for t in rng.integers(1, times[-1], 4)})
-        totals = [(t, int(rng.integers(-3, 4))) for t in asks]
-        until = int(times[-1]) + 300_000_000
-        made.append(Stream.of(int(rng.integers(4)), np.stack([times, moves], axis=1), totals, until).stimulus())
-    return made
-
-
-def test_design_c_in_verilog_and_in_python_agree_on_counts():
-    stimuli = drawn(2, 24, 450_000)
-    pins = Pins.read(EXAMPLES / "design_c.toml")
-    with (
-        PythonClass(EXAMPLES / "design_c.py", "DesignC") as python,
-        VerilogAlgorithm(EXAMPLES / "design_c.v", pins=pins, clock_ps=clock_of("50MHz")) as module,
-    ):
-        assert module.note == ""
-        for stimulus, ours, theirs in zip(stimuli, module.play(stimuli), python.play(stimuli), strict=True):
-            assert judge(stimulus, ours, C).right
-            assert ours.completed.final == theirs.completed.final
-            assert ours.edges.counts() == theirs.edges.counts()
 
 
 # --- ticks ---
