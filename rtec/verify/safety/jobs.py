@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from rtec.board import Microcontroller
 from rtec.injector import Design
-from rtec.machine.fault_kinds import FaultPlace
+from rtec.machine.fault_kinds import INSIDE_BOX, FaultPlace
 from rtec.machine.faults import Fault, Trigger
 from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_S
@@ -213,6 +213,8 @@ def _impossible(parameters: Parameters) -> str | None:
     first, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
     second = _VARIANTS.get(str(parameters["second"]))
     design = Design.named(str(parameters["design"]))
+    if parameters.get("algorithm") and any(one.kind in INSIDE_BOX for one in (first, second) if one is not None):
+        return "what is inside a box with an algorithm of the user's is not known"
     if second is None:
         return impossible(first, phase, design)
     if first is second:
