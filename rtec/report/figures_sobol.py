@@ -49,7 +49,7 @@ def sobol_figure(indices: Sequence[SobolIndex]) -> Figure:
         axes.set_title(result)
     for axes in panels[len(results) :]:
         axes.remove()
-    panels[0].set_yticks(range(len(parameters)), parameters, fontsize=7.5)
+    panels[0].set_yticks(range(len(parameters)), parameters)
     panels[0].set_ylim(len(parameters) - 0.4, -0.6)
     panels[0].set_xlim(-0.1, 1.2)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
@@ -67,4 +67,4 @@ def _panel(axes: Axes, of_parameter: dict[str, SobolIndex], parameters: Sequence
         for y, ends in zip(at + place, interval, strict=True):
             if ends is not None:
                 axes.plot(ends, [y, y], color=INK, linewidth=0.7)
-    axes.tick_params(axis="y", length=0)
+    axes.tick_params(axis="y", length=0, labelsize=7.5)
