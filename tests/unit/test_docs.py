@@ -243,8 +243,11 @@ def test_json_keys_are_those_of_the_commands(quiet_run, capsys, folder, json_key
     found |= {"cold", "warm", "speed", "worst_um", "calibrations", "time_s", "mean_um", "outside_s", "outside_input"}
     assert json_keys["run"] - {"learned"} == found
     assert document["diagnosis"] == diagnosis_document(quiet_run.learned.diagnosis)
-    main(["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"])
-    assert json_keys["simulate"] == set(json.loads(capsys.readouterr().out))
+    words = ["simulate", "--design", "c", "--frequency", "10kHz", "--cycles", "9", "--corrections", "1", "--json"]
+    main(words)
+    found = set(json.loads(capsys.readouterr().out))
+    main([*words, "--fault", "missed edge@100us"])
+    assert json_keys["simulate"] == found | keys_of(json.loads(capsys.readouterr().out))
     main(["iso230", str(folder / "before-after" / "readings" / "b.csv"), "--json"])
     document = json.loads(capsys.readouterr().out)
     found = set(document)
