@@ -71,7 +71,7 @@ class EncoderModel:
         begins, same = [0, 0, 0, 0], [1, shortest, least_after(turned_hz), shortest]
         interval = shortest
         for k in range(1, _SPEEDS):
-            goal = shortest * (slowest / shortest) ** (k / (_SPEEDS - 1))
+            goal = int(shortest * (slowest / shortest) ** (k / (_SPEEDS - 1)))
             while same_after(interval) < goal:
                 interval += 1
             if same_after(interval) > same[-1]:
