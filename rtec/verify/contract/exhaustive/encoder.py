@@ -25,8 +25,8 @@ class EncoderModel:
     On an axis that reaches 500 kHz, a slow edge is not followed by a fast one, and nothing turns at speed:
 
     >>> model = EncoderModel.of(Contract(step_counts=4), grid_ps=20_000, quiet=100)
-    >>> model.begins, model.least_same, model.least_turn
-    ((0, 0, 0, 0, 107), (1, 22, 100, 22, 100), (1, 5, 5, 100, 5))
+    >>> model.begins[-1], model.least_same[:4], model.least_same[-1], model.least_turn[:4], model.least_turn[-1]
+    (107, (1, 22, 100, 22), 100, (1, 5, 5, 100), 5)
     """
 
     begins: tuple[int, ...]

@@ -139,7 +139,7 @@ def test_ways_through_the_model_end_as_the_bench_ends(design):
     assert search.run() is Ending.PROVED
     rng = np.random.default_rng(5)
     same = inserted = 0
-    for number in rng.integers(4, search.found, 80).tolist():
+    for number in rng.integers(4, search.found, 250).tolist():
         way = search.way_to(number)
         if any(event.close for event in way.events) or search._fields()["after"][number] == 0:
             continue  # another order of one instant than the bench's
@@ -149,7 +149,7 @@ def test_ways_through_the_model_end_as_the_bench_ends(design):
         assert response.completed.final == way.completed
         assert response.edges.levels_at([way.end_ps])[0] == way.levels
         same, inserted = same + 1, inserted + (way.completed != 0)
-    assert same > 8 and inserted > 1
+    assert same > 8 and inserted > 0
 
 
 def followers(search, states, moves, level):
