@@ -3,7 +3,8 @@
 python -m benchmarks.independent_streams
 
 One core, threads and processes take turns, so that what else the machine does falls on all of them. The cores that a
-turn got are its processor time over its time on the clock: where they are fewer than asked for, others had the rest.
+turn got are its processor time over its time on the clock: where they are fewer than asked for, others had the rest,
+or a core waited for the other at the end of the turn, which counts the less the longer the turn is.
 """
 
 from __future__ import annotations
@@ -51,16 +52,16 @@ def turn(run: Callable[[list[str]], list[float]], streams: int, design: str) -> 
 
 
 def over(pool: Executor) -> Callable[[list[str]], list[float]]:
-    """Return how a pool runs streams, two at a time."""
-    return lambda designs: list(pool.map(stream, designs, chunksize=2))
+    """Return how a pool runs streams, one after the other on each core."""
+    return lambda designs: list(pool.map(stream, designs))
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--design", default="c", choices=[design.value for design in Design])
-    parser.add_argument("--streams", type=int, default=16, help="of each turn")
-    parser.add_argument("--rounds", type=int, default=100)
+    parser.add_argument("--streams", type=int, default=64, help="of each turn")
+    parser.add_argument("--rounds", type=int, default=30)
     parser.add_argument("--workers", type=int, default=cores())
     given = parser.parse_args()
     with (

@@ -1,4 +1,4 @@
-"""The tables of docs/envelope.md: each design on each processor, and without a processor's limits.
+"""A table of docs/envelope.md: the designs without a processor's limits.
 
 Example::
 
@@ -13,51 +13,13 @@ import contextlib
 import io
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 from into_page import print_or_write
 
-from rtec.board import MICROCONTROLLERS
 from rtec.cli import main as rtec
-from rtec.injector import Design
-from rtec.readable import hertz_text
-from rtec.verify.envelope.rows import EnvelopePlan, EnvelopeRow, find_envelope
 
-HEADINGS = (
-    "processor",
-    "design",
-    "500 kHz",
-    "inserts to",
-    "passes to",
-    "safe to",
-    "limited by",
-    "jitter",
-    "from steady motion",
-)
 WITHOUT_PROCESSOR = (["original"], ["a"], ["b"], ["c"], ["c", "--real-edges", "merge"])
-
-
-def hertz(value: float) -> str:
-    return hertz_text(value, 4) if value else "none"
-
-
-def cells(row: EnvelopeRow) -> list[str]:
-    """Return the cells of a row of `rtec envelope`; accelerations are those at counts of 1 µm."""
-    found, jitter_ps = row.speeds.frequencies, row.speeds.max_jitter_ps
-    ramp = None if row.gate is None else row.gate.max_acceleration_counts_s2
-    beyond = "beyond " if found.max_passing_hz >= found.searched_to_hz else ""
-    return [
-        row.processor.name,
-        row.design.short,
-        row.speeds.at_top.value,
-        hertz(found.max_inserting_hz),
-        beyond + hertz(found.max_passing_hz),
-        hertz(row.max_safe_hz),
-        row.limited_by.value,
-        "–" if jitter_ps is None else f"{jitter_ps * 1e-3:.3g} ns",
-        "–" if ramp is None else f"{float(f'{ramp * 1e-6:.3g}'):.10g} m/s²",
-    ]
 
 
 def table(headings: tuple[str, ...], rows: list[list[str]]) -> str:
@@ -75,20 +37,17 @@ def without_processor(words: list[str]) -> list[str]:
     return [" ".join(words), sheet["frequency"], jitter, sheet["acceleration"].partition(" (")[0]]
 
 
-def tables() -> Iterator[str]:
-    """Yield the two tables."""
-    plan = EnvelopePlan(designs=tuple(Design), processors=tuple(MICROCONTROLLERS.values()))
-    yield table(HEADINGS, [cells(row) for row in find_envelope(plan)])
-    yield "\nThe designs without a processor's limits, as in an FPGA:\n\n"
-    yield table(("`rtec check`", "frequency", "jitter", "acceleration"), [*map(without_processor, WITHOUT_PROCESSOR)])
-    yield "\n"
+def tables() -> str:
+    """Return the table."""
+    rows = [*map(without_processor, WITHOUT_PROCESSOR)]
+    return table(("`rtec check`", "frequency", "jitter", "acceleration"), rows) + "\n"
 
 
 def main() -> int:
-    """Print the tables, or put them into a page."""
-    parser = argparse.ArgumentParser(description="Write the tables of the envelope.")
-    parser.add_argument("-o", "--output", type=Path, help="page in which they stand between two comments")
-    print_or_write(parser, parser.parse_args().output, "table_envelope", lambda: "".join(tables()))
+    """Print the table, or put it into a page."""
+    parser = argparse.ArgumentParser(description="Write the table of the designs.")
+    parser.add_argument("-o", "--output", type=Path, help="page in which it stands between two comments")
+    print_or_write(parser, parser.parse_args().output, "table_envelope", tables)
     return 0
 
 

@@ -5,7 +5,10 @@ Without it kernels take about twice as long to compile, and programs that start 
 
 from __future__ import annotations
 
-from functools import cached_property
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -13,6 +16,10 @@ from typing import Any
 from numba.core import caching, codegen, compiler, registry, types
 
 from firmware_model._machine_code import Keeper, Locator
+
+# each pass writes out the types of the arguments, and a machine's state has hundreds of fields: a tenth of the time
+_Record: Any = types.Record
+_Record.__repr__ = cache(_Record.__repr__)
 
 
 class _Cache(caching.FunctionCache):
@@ -29,11 +36,27 @@ class _Cache(caching.FunctionCache):
         self._keeper.save(lambda: super(_Cache, self).save_overload(*content))
 
 
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Let the garbage lie: looking for it among all that a compiler holds takes another tenth of the time."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
 class Kernel(registry.CPUDispatcher):
     def __init__(self, function: FunctionType, options: dict[str, Any], *, folder: Path | None = None) -> None:
         super().__init__(function, targetoptions=options)
         if folder is not None:
             self._cache = _Cache(function, folder)
+
+    def compile(self, signature: Any) -> Any:
+        with _uncollected():
+            return super().compile(signature)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:  # numbers written out make no versions of their own
         plain = types.unliteral

@@ -11,7 +11,7 @@ import hashlib
 import importlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
@@ -180,6 +180,33 @@ def by_address(function: Any, *arguments: object) -> Any:
     Called by its name it would be compiled anew into each of them, and once more into each of their callers.
     """
     return function if config.DISABLE_JIT else _processor.address_of(function, _types_of(arguments))
+
+
+STEPS: dict[int, Callable[[Record, int], None]] = {}
+"""Functions by their addresses, for `call_at` where nothing is compiled."""
+
+
+def _call_at_plainly(address: int, record: Record, memory: int) -> None:
+    STEPS[int(address)](record, int(memory))
+
+
+def _call_at(context: Any, address: Any, record: Any, memory: Any) -> Any:
+    """Return type and code of a call of ``void f(record *, memory *)`` at an address that a record holds."""
+    types: Any = numba.types
+    ir: Any = importlib.import_module("llvmlite.ir")
+
+    def code(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        pointer = ir.IntType(8).as_pointer()
+        function = ir.FunctionType(ir.VoidType(), [pointer, pointer]).as_pointer()
+        arguments = [builder.bitcast(given[1], pointer), builder.inttoptr(given[2], pointer)]
+        builder.call(builder.inttoptr(given[0], function), arguments)
+        return context.get_dummy_value()
+
+    return types.void(address, record, memory), code
+
+
+call_at: Any = _call_at_plainly if config.DISABLE_JIT else cast(Any, numba.extending).intrinsic(_call_at)
+"""Calls a user's function at an address, with a record and the address of what the function keeps."""
 
 
 def new_record(layout: np.dtype[np.void]) -> Record:

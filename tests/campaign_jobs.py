@@ -5,6 +5,7 @@ import os
 import time
 
 from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Choice, JobKind, Number
+from rtec.verify.campaign.own_files import OwnFile, unpacked
 
 FATES = {"pass": PASSED, "fail": FAILED, "exempt": EXEMPT, "idle": NOT_ACTIVATED}
 
@@ -34,6 +35,21 @@ KIND = JobKind(
     by=("fate",),
     proves=("fate",),
     impossible=lambda parameters: "it never comes to pass" if parameters["fate"] == "never" else None,
+)
+
+
+def own_text(parameters, seed, run):
+    """Return what stands in the folder of an algorithm of one's own, where the job is run."""
+    file, name = unpacked(parameters["algorithm"])
+    texts = "".join(f"{each.name}: {each.read_text()}" for each in sorted(file.parent.iterdir()))
+    return {"result": PASSED, "class": name, "texts": texts, "folder": str(file.parent)}
+
+
+OWN = JobKind(
+    does="An algorithm of one's own is looked at.",
+    function=f"{__name__}:own_text",
+    parameters=(Choice(name="design", words=("a", "c")), OwnFile(name="algorithm", beside="design")),
+    by=("design",),
 )
 
 

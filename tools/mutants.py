@@ -32,8 +32,7 @@ class Row:
     """What was seen of a mutant."""
 
     name: str
-    guided: list[int | None]
-    at_random: list[int | None]
+    made: list[int | None]
     shortest: str
 
 
@@ -47,11 +46,11 @@ def designs_of(module: ModuleType) -> dict[str, Design]:
     return found
 
 
-def hunted(algorithm: PythonClass, contract: Contract, seed: int, at_random: float) -> tuple[Run | None, int]:
+def hunted(algorithm: PythonClass, contract: Contract, seed: int) -> tuple[Run | None, int]:
     """Hunt alone, the time to settle measured as the suite does."""
     trials = Trials(algorithm, contract)
     trials.measure_settling()
-    return hunt(trials, tries=TRIES, seed=seed, at_random=at_random)
+    return hunt(trials, tries=TRIES, seed=seed)
 
 
 def checked(module: ModuleType, name: str, design: Design) -> tuple[str, str, str]:
@@ -66,14 +65,12 @@ def seen(name: str, design: Design) -> Row:
     """Hunt a mutant."""
     contract = Contract.of(design)
     with PythonClass(FILE, name) as algorithm:
-        guided = [hunted(algorithm, contract, seed, 0.1) for seed in SEEDS]
-        at_random = [hunted(algorithm, contract, seed, 1.0) for seed in SEEDS]
-    found = [worst for worst, _ in guided if worst is not None]
+        hunts = [hunted(algorithm, contract, seed) for seed in SEEDS]
+    found = [worst for worst, _ in hunts if worst is not None]
     shortest = min(found, key=lambda run: (len(run.case.stream), len(str(run.case.stream))), default=None)
     return Row(
         name=name,
-        guided=[made if worst else None for worst, made in guided],
-        at_random=[made if worst else None for worst, made in at_random],
+        made=[made if worst else None for worst, made in hunts],
         shortest="" if shortest is None else str(shortest.case.stream),
     )
 
@@ -100,15 +97,13 @@ def page(rows: list[Row], checks: list[tuple[str, str, str]], late: list[tuple[s
         hunts=[
             (
                 f"`{row.name}`",
-                said(row.guided),
-                said(row.at_random),
+                said(row.made),
                 len(row.shortest.split()) - 2,
                 f"`{row.shortest}`",
             )
             for row in rows
         ],
-        guided=average([row.guided for row in rows]),
-        at_random=average([row.at_random for row in rows]),
+        average=average([row.made for row in rows]),
     )
 
 

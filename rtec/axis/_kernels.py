@@ -313,6 +313,39 @@ def trace_edges(
 
 
 @kernel
+def trace_steady(
+    e: Record,
+    edges: int,
+    rest_ps: int,
+    out_ps: NDArray[np.int64],
+    out_levels: NDArray[np.uint8],
+    out_real: NDArray[np.uint8],
+) -> int:
+    """Write the next ``edges`` edges at constant speed and the toggles of glitches between them; return their number.
+
+    After the last of all edges ``rest_ps`` is for how long glitches still come, else 0. ``out_real`` is 1 for an edge
+    and 0 for a toggle. An edge has at most two toggles.
+    """
+    n = 0
+    for i in range(edges + 1):
+        crossing_ps = steady_crossing(e) if i < edges else e.last_ps + rest_ps
+        while e.glitch_next_ps < crossing_ps:
+            out_ps[n] = max(glitch_toggle(e), e.last_ps + 1)
+            e.last_ps = out_ps[n]
+            out_levels[n] = encoder_level(e)
+            out_real[n] = 0
+            n += 1
+            if i == edges:
+                crossing_ps = e.last_ps + rest_ps
+        if i < edges:
+            out_ps[n] = emit(e, crossing_ps, e.step_sign)
+            out_levels[n] = encoder_level(e)
+            out_real[n] = 1
+            n += 1
+    return n
+
+
+@kernel
 def level_now(e: Record) -> int:
     """Return the levels at the encoder's output."""
     return encoder_level(e)

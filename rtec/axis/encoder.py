@@ -230,9 +230,12 @@ class Encoder:
         levels = np.concatenate([chunk.levels for chunk in chunks])
         return EdgeStream(times, levels, initial=chunks[0].initial)
 
-    def edge_chunks(self, motion: MotionSegments) -> Iterator[EdgeStream]:
-        """Yield the same edges in chunks of bounded memory; at least one, empty where nothing moves."""
-        state = new_record(_kernels.ENCODER)
+    def edge_chunks(self, motion: MotionSegments, state: Record | None = None) -> Iterator[EdgeStream]:
+        """Yield the same edges in chunks of bounded memory; at least one, empty where nothing moves.
+
+        Who wants to know count, number of edges and glitches so far has the ``state``, a record of the kernels.
+        """
+        state = new_record(_kernels.ENCODER) if state is None else state
         piece = new_record(_kernels.PIECE)
         self.fill(state)
         per_mm = 1.0 / self.count_mm

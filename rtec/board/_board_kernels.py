@@ -59,7 +59,7 @@ BOARD = np.dtype(
         ("sample_ps", np.int64),
         ("origin_ps", np.int64),
         ("reading_ps", np.int64),  # a reading of the PC's words comes within so long
-        ("latched", np.int64),  # 1: P1.7 works the hold latch; 0: it is left open, real edges merge with the pulses
+        ("latched", np.int64),  # 1: P1.7 works the hold latch; 0: it stays open, and real edges merge with the pulses
         # state
         ("now_ps", np.int64),
         ("next_ps", np.int64),  # when the output that the processor has changed reaches its pin
@@ -198,7 +198,7 @@ def board_fire(b: Record, m: Bytes, h: Longs, log: Longs) -> None:
     if b.latched == 1 and fell & HOLD:
         b.held = b.ab_in
         b.holding = 1
-    elif b.holding == 1 and b.port & HOLD:
+    elif b.holding == 1 and b.latched == 1 and b.port & HOLD:
         b.holding = 0
         board_pins(b, m, h, log, h[cpu_at.OUTPUT_AT])
     valid = 0 if m[cpu_at.P3] & NOT_VALID else 1

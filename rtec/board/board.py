@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,6 @@ from rtec.controller import ReceiverSettings
 from rtec.injector import DesignRow
 from rtec.requester.status import Status
 from rtec.signal import NEVER, EdgeStream
-
-Snapshot: TypeAlias = tuple[Any, NDArray[np.uint8], NDArray[np.int64], int]
-"""What `Board.snapshot` keeps: circuits, memory, hidden state of the processor, what the controller saw last."""
 
 WORDS = slice(0xFF20, 0xFF2D)
 """Addresses of the words to the PC."""
@@ -76,6 +73,25 @@ class Words:
     def status(self) -> Status | None:
         """Return the message as a status; None for a code that the report's box does not know."""
         return Status(self.message) if self.message in list(Status) else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """The whole state of a board at a moment: circuits, memory, hidden state of the processor."""
+
+    circuits: Record
+    memory: NDArray[np.uint8]
+    hidden: NDArray[np.int64]
+
+    @property
+    def now_ps(self) -> int:
+        """Return the moment."""
+        return int(self.circuits.now_ps)
+
+    @property
+    def state(self) -> int:
+        """Return the angle state 0..3 of the encoder's lines."""
+        return int(self.circuits.ab_in ^ self.circuits.ab_in >> 1)
 
 
 class Board:
@@ -148,7 +164,6 @@ class Board:
         self._loop = self.cpu.loop  # one tuple, whose type numba works out once
         self._said = np.zeros((PUBLICATIONS, 3), np.int64)
         kernels.power_up(state, *self._inner, start_ps, whole_within("initial", initial, 0, 3))
-        self._level = int(state.seen_out)
 
     @property
     def now_ps(self) -> int:
@@ -204,15 +219,14 @@ class Board:
         ('OK', None, 0)
         """
         memory, hidden, _ = self._inner
-        return self._state.copy(), memory.copy(), hidden.copy(), self._level
+        return Snapshot(self._state.copy(), memory.copy(), hidden.copy())
 
     def restore(self, kept: Snapshot) -> None:
         """Go back to a snapshot of this board."""
-        state, memory, hidden, self._level = kept
         for name in kernels.BOARD.names or ():
-            self._state[name] = state[name]
-        self._inner[0][:] = memory
-        self._inner[1][:] = hidden
+            self._state[name] = kept.circuits[name]
+        self._inner[0][:] = kept.memory
+        self._inner[1][:] = kept.hidden
 
     def _outside(self, *, enable_n: int | None = None, trip_n: int | None = None) -> None:
         state = self._state
@@ -224,7 +238,6 @@ class Board:
     def begin_counting(self) -> None:
         """Let the monitor at the gates begin now, as a controller that is switched on after the box does."""
         kernels.begin_counting(self._state)
-        self._level = int(self._state.seen_out)
 
     def reset(self) -> None:
         """Pull and release the processor's RST: all ports come up high at once."""
@@ -292,7 +305,7 @@ class Board:
         edges.check_joins(int(state.ab_in), self.now_ps, until_ps)
         times: list[NDArray[np.int64]] = []
         levels: list[NDArray[np.uint8]] = []
-        taken = 0
+        taken, before = 0, int(state.seen_out)
         memory, hidden, log = self._inner
         room = 2 * edges.times_ps.size + _ROOM
         queue = np.empty((edges.times_ps.size, 3), np.int64)
@@ -307,7 +320,6 @@ class Board:
             taken += i
             times.append(out_ps[:n])
             levels.append(out_levels[:n])
-        before, self._level = self._level, int(state.seen_out)
         return EdgeStream(np.concatenate(times), np.concatenate(levels), initial=before)
 
     def idle(self, *, until_ps: int) -> EdgeStream:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
@@ -31,6 +31,8 @@ class Microcontroller:
         Of its oscillator, whole hertz.
     part
         ``"8051"`` or ``"8052"``.
+    program
+        Intel HEX that it runs whatever the design; None: the committed image of the design.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class Microcontroller:
     timing: Literal["12-clock", "one-clock"]
     clock_hz: int
     part: Literal["8051", "8052"] = "8052"
+    program: Path | None = None
 
     def __post_init__(self) -> None:
         if self.timing not in TIMINGS:
@@ -89,7 +92,9 @@ class Microcontroller:
 
     @property
     def name(self) -> str:
-        """Return the name that `named` takes."""
+        """Return the name that `named` takes; before it the program, where it runs one of its own."""
+        if self.program is not None:
+            return f"{self.program.name} on {replace(self, program=None).name}"
         for name, known in MICROCONTROLLERS.items():
             if known == self:
                 return name
@@ -108,11 +113,13 @@ class Microcontroller:
         return 9 * PS_PER_S // self.clock_hz if self.timing == "12-clock" else 0
 
     def image(self, design: DesignRow) -> Path:
-        """Return the committed Intel HEX of a design that fits: made for this clock or the next faster one.
+        """Return its program, or the committed Intel HEX of a design: made for this clock or the next faster one.
 
         An image waits between two changes of the lines for the sake of the controller's filter; on a slower clock it
         waits longer, never too short.
         """
+        if self.program is not None:
+            return self.program
         folder = Path(str(files("firmware_model") / "images"))
         if self.timing == "one-clock":
             made_hz = min((hz for hz in _ONE_CLOCK if hz >= self.clock_hz), default=max(_ONE_CLOCK))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,7 @@ _DESIGNS = tuple(design.value for design in Design)
 _FORMS = "file.py:Name, top.v, image.ihx, or a design of rtec: " + ", ".join(_DESIGNS)
 _OF_KIND = {
     "Python": ("clock_ps",),
-    "Verilog": ("clock_ps", "pins", "simulator"),
+    "Verilog": ("clock_ps", "pins"),
     "machine code": ("processor", "part", "hold_latch"),
     "a design of rtec": ("timing", "real_edges"),
 }
@@ -37,10 +36,10 @@ class Chosen:
     """Ready to be played."""
     contract: Contract
     """What is asked of it."""
-    note: Callable[[], str]
-    """Called when it was played: what there is to say about how it runs, or ""."""
-    faster: str = ""
-    """What would make it faster, as the end of a line."""
+
+    def note(self) -> str:
+        """Return what there is to say about how it runs, once it was played, or nothing."""
+        return getattr(self.algorithm, "note", "")
 
 
 def choose(options: Options) -> Chosen:
@@ -75,11 +74,7 @@ def _python(options: Options, file: Path, name: str) -> Chosen:
     _refuse_others(options.runner, "Python")
     contract = _contract(options.contract)
     algorithm = PythonClass(file, name, clock_ps=options.runner.clock_ps)
-
-    def note() -> str:
-        return f"runs as plain Python, slower: {algorithm.note}" if algorithm.note else ""
-
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=note)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _verilog(options: Options) -> Chosen:
@@ -92,22 +87,16 @@ def _verilog(options: Options) -> Chosen:
     if options.runner.pins is None:
         raise ArgumentError("--pins", None, "a TOML file that names the module's ports (docs/algorithm.md)")
     contract, pins = _contract(options.contract), Pins.read(options.runner.pins)
-    algorithm = VerilogAlgorithm(
-        Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps, simulator=options.runner.simulator
-    )
-    faster = "; Icarus Verilog plays it, Verilator is faster: apt install verilator g++ make, --simulator verilator"
-    return Chosen(
-        word=options.algorithm, algorithm=algorithm, contract=contract, note=lambda: algorithm.note,
-        faster=faster if algorithm.simulator == "icarus" else "",
-    )  # fmt: skip
+    algorithm = VerilogAlgorithm(Path(options.algorithm), pins=pins, clock_ps=options.runner.clock_ps)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _machine_code(options: Options) -> Chosen:
     from firmware_model import read_hex
     from rtec.board import Microcontroller
     from rtec.cli._image import as_bad_input, with_part
+    from rtec.verify.bench import Bench
     from rtec.verify.firmware.algorithm import Firmware
-    from rtec.verify.firmware.bench import Bench
 
     _refuse_others(options.runner, "machine code")
     if options.contract.design is None:
@@ -121,7 +110,7 @@ def _machine_code(options: Options) -> Chosen:
         algorithm = Firmware(bench)
     if options.contract.delay_ps is None:
         contract = replace(contract, delay_ps=max(contract.delay_ps, algorithm.delay_ps))
-    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract, note=_nothing)
+    return Chosen(word=options.algorithm, algorithm=algorithm, contract=contract)
 
 
 def _built_in(options: Options) -> Chosen:
@@ -139,11 +128,7 @@ def _built_in(options: Options) -> Chosen:
         real_edges=options.runner.real_edges or RealEdges.HOLD,
     )
     contract = _contract(replace(options.contract, design=design))
-    return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract, note=_nothing)
-
-
-def _nothing() -> str:
-    return ""
+    return Chosen(word=options.algorithm, algorithm=BuiltIn(settings), contract=contract)
 
 
 def _refuse_others(options: RunnerOptions, kind: str) -> None:

@@ -16,12 +16,17 @@ from rtec.cli._verb import said
 from rtec.cli._words import PROCESSORS, files_ending
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from rtec.board import Microcontroller
     from rtec.cli._check_algorithm import Chosen
-    from rtec.cli.simulate import Seen
+    from rtec.cli._faults import FaultOptions
+    from rtec.cli._seen import Seen
     from rtec.injector import Design
     from rtec.injector.insertion_capture import InsertionCapture
     from rtec.machine import OpenPath
+    from rtec.signal import VcdSignal
     from rtec.verify.contract.open_play import PlayedPath
     from rtec.verify.contract.trials import Trials
 
@@ -45,7 +50,6 @@ class AlgorithmOptions(OptionGroup):
         "--clock", "rtec.verify.contract.verilog:clock_of", "50MHz", "Verilog's; a Python class then sees ticks only."
     )
     pins: Path | None = option("--pins", "P.toml", "Which port of the module is what.")
-    simulator: str | None = option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
     processor: Microcontroller | None = processor(f"For machine code: {', '.join(PROCESSORS)}.")
     part: str | None = word("--part", "8051|8052", "For machine code.")
 
@@ -92,7 +96,9 @@ class AlgorithmOptions(OptionGroup):
         )
 
 
-def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_json: bool) -> None:
+def play(
+    chosen: Chosen, moved: Callable[[Trials], OpenPath], wrong: FaultOptions, seed: int, seen: Seen, *, as_json: bool
+) -> None:
     """Carry out a run with an algorithm in the place of the box.
 
     Parameters
@@ -101,6 +107,8 @@ def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_
         The algorithm.
     moved
         Returns the path in motion, for an algorithm whose time to settle is known.
+    wrong, seed
+        What goes wrong, and the seed of its moments.
     seen, as_json
         What the user wants to see.
 
@@ -110,23 +118,27 @@ def play(chosen: Chosen, moved: Callable[[Trials], OpenPath], seen: Seen, *, as_
         With 1 where a count is wrong, or corrections are left over.
     """
     from rtec.report.terminal_played import show_played
+    from rtec.report.terminal_simulate import show_outcome
     from rtec.verify.contract.open_play import play_path
     from rtec.verify.contract.trials import Trials
 
     trials = Trials(chosen.algorithm, chosen.contract)
     trials.measure_settling()
     path = moved(trials)
+    faults = wrong.at(path, seed)
     capture = seen.check(path)
-    played = play_path(trials, path)
+    played = play_path(trials, path, faults)
     if capture is not None or seen.vcd is not None:
         _see(played, seen, capture)
     written = seen.written(path, capture, name=chosen.word)
     if as_json:
-        _console.print_json(played.to_dict() | {"seed": path.encoder.seed, "note": chosen.note()} | written)
+        _console.print_json(played.to_dict() | {"seed": seed, "note": chosen.note()} | written)
     else:
         show_played(played, chosen.note())
+        if played.outcome is not None:
+            show_outcome(played.outcome)
         seen.say(written)
-    if not played.good:
+    if not played.good or (played.outcome is not None and not played.outcome.activated):
         raise typer.Exit(1)
 
 
@@ -136,8 +148,24 @@ def _see(played: PlayedPath, seen: Seen, capture: InsertionCapture | None) -> No
 
     from rtec.injector.waves import write_waves
 
-    rows, initial = played.rows(), (played.stream.stimulus().edges.initial, played.response.edges.initial)
+    rows, initial = played.rows(), (played.stimulus.edges.initial, played.response.edges.initial)
     if capture is not None:
         capture.show(np.concatenate([[[0, *initial, 0, 0, 0]], rows]))
     if seen.vcd is not None:
-        write_waves(seen.vcd, rows, initial=initial, end_ps=played.stream.until_ps)
+        end_ps = played.stimulus.until_ps
+        write_waves(seen.vcd, rows, initial=initial, end_ps=end_ps, beside=_marks(played, end_ps))
+
+
+def _marks(played: PlayedPath, end_ps: int) -> list[tuple[VcdSignal, NDArray[np.int64], NDArray[np.int64]]]:
+    """Return a signal for each fault, high from its moment to its end."""
+    import numpy as np
+
+    from rtec.machine.open_fault_kinds import word_of
+    from rtec.signal import VcdSignal
+
+    found = []
+    for effect in played.outcome.effects if played.outcome is not None else ():
+        times = np.array([effect.fault.from_ps, effect.fault.until_ps or end_ps], np.int64)
+        signal = VcdSignal(scope="faults", name=word_of(effect.fault.kind).replace("-", "_"))
+        found.append((signal, times[times < end_ps], np.array([1, 0], np.int64)[times < end_ps]))
+    return found

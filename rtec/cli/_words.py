@@ -21,12 +21,19 @@ FAULTS = (
     "bit-flipped-in-the-total", "request-stuck", "babbling-node", "bus-off", "stale-data-valid",
     "torn-position-word", "pc-killed", "box-restarted", "power-lost", "pc-clock-jumps-forward",
     "pc-clock-jumps-back", "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches",
-    "disable-switch-thrown", "probe-trip",
+    "disable-switch-thrown", "probe-trip", "processor-hung", "hold-latch-stuck-closed",
 )  # fmt: skip
 """Classes of ``rtec safety``."""
+OPEN_FAULTS = (
+    "encoder-cable-open", "a-and-b-swapped", "one-line-of-a-pair-broken", "glitches", "power-lost", "box-restarted",
+    "disable-switch-thrown", "a-stuck-low", "a-stuck-high", "b-stuck-low", "b-stuck-high", "glitch-on-a",
+    "glitch-on-b", "noise-burst", "missed-edge", "phase-error", "duty-error", "processor-hung", "clock-fast",
+    "clock-slow", "hold-latch-stuck-closed", "hold-latch-stuck-open", "request-corrupted",
+)  # fmt: skip
+"""Of ``rtec simulate``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
-CAMPAIGNS = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+CAMPAIGNS = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (

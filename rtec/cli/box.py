@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import shlex
-from contextlib import ExitStack
+from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ import typer
 from rtec.cli import _live
 from rtec.cli._console import note, print_json
 from rtec.cli._live import MACHINE, TIMES
+from rtec.cli._own_box import algorithm, load
 from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, whole, works
 from rtec.cli._verb import said
 from rtec.units import LENGTH
@@ -44,6 +45,7 @@ def box(
     axes: int | None = _live.AXES,
     design: Design = _live.DESIGN,
     timing: Works = works("What works in the box.", panel=MACHINE, default="8051"),
+    algorithm: str | None = algorithm("file.py:Name or image.ihx works in the box.", panel=MACHINE),
     count_mm: float = _live.COUNT,
     program: Path | None = option(
         "--program", "FILE", "G-code of a measuring run; a slow shuttle without it.", panel=MACHINE
@@ -75,9 +77,9 @@ def box(
     Orders are typed, or are lines of a script: go 12 mm at 300 mm/min, home, switch off, power off, restart, trip,
     fault cable-open, clear, status, help, quit. Ctrl-C ends it. Exits with 1 where the bus vanishes or an order of a
     script was wrong. With --timing firmware each box runs its design's program on a 12 MHz 8051, behind the node that
-    speaks on the bus.
+    speaks on the bus; with --algorithm your own class or program does.
 
-    Example: rtec box --axes 3 --design c
+    Example: rtec box --axes 3 --design c --algorithm mine.py:Mine
     Example: rtec box --interface socketcan --channel can0 --log run.asc
     Example: rtec box --duration 30s --json
     """
@@ -113,12 +115,15 @@ def box(
         for number in numbers
     ]
     moves = _moves(program, home_mm, speed, stand=stand)
+    if algorithm is not None:
+        settings = _inserting_by(algorithm, settings, timing=bool(said(context, "timing")))
     first = _first_session(seed)
-    # compiled before the bus is there: nobody waits for it
-    stations = _stations(settings, moves, first)
-    _warm_up(settings[0])
     events = Events(_live.event_printer(as_json))
     with ExitStack() as stack:
+        stack.enter_context(redirect_stdout(_live.stream_of(as_json)))  # for what a class of the user's prints
+        # compiled before the bus is there: nobody waits for it
+        stations = _stations(settings, moves, first)
+        _warm_up(settings[0])
         near = None
         if interface is None:
             from rtec.link.pseudo_terminal import SLCAN_OPENS, Line
@@ -135,7 +140,7 @@ def box(
         )
         stack.enter_context(quiet_collector())
         loop = BoxLoop(stations, transport, speed=speed)
-        title = f"rtec box, design {design.value}; the other side: {command}"
+        title = f"rtec box, {_works(algorithm, design)}; the other side: {command}"
         typed, scripted = _typed(view)
         run = BoxRun(
             loop,
@@ -156,6 +161,20 @@ def box(
         note(words)
     if ended == "bus lost" or run.refused:
         raise typer.Exit(_FAILS)
+
+
+def _inserting_by(algorithm: str, settings: list[StationSettings], *, timing: bool) -> list[StationSettings]:
+    """Return the axes with an algorithm of the user's in their boxes."""
+    if timing:
+        raise apart("--timing", "--algorithm", "it is of the box of a design")
+    works_in_it = load(algorithm)
+    if why := getattr(works_in_it, "note", ""):
+        note(f"{algorithm} runs as plain Python, slower: {why}")
+    return [each.inserting_by(works_in_it) for each in settings]
+
+
+def _works(algorithm: str | None, design: Design) -> str:
+    return f"design {design.value}" if algorithm is None else f"{algorithm} as design {design.value}"
 
 
 def _typed(view: Screen | None) -> tuple[TypedLines | None, bool]:

@@ -48,8 +48,11 @@ def campaign(
     scheduler: str | None = option("--scheduler", "tcp://HOST:8786", "Run jobs on this Dask cluster instead."),
     store: Path | None = option("--store", "FILE.db", "Records are kept here; campaign-PLAN.db."),
     merge: list[Path] | None = option("--merge", "OTHER.db", "First take over the records of another store."),
-    job: str | None = option("--job", "ADDRESS", "Run one job again, and compare its record with the stored one."),
+    job: str | None = option("--job", "ADDRESS", "Run one job again and compare the records; with -o draw it."),
     output: Path | None = folder("-o --output", "Folder of a report, its map and its jobs.", panel=_OUTPUT),
+    page: Path | None = option(
+        "--page", "FILE.md", "Write tables into a page that has places for them.", panel=_OUTPUT
+    ),
     csv: Path | None = written("--csv", "FILE.csv", "Write a row for each job.", endings=(".csv",), panel=_OUTPUT),
     junit: Path | None = written(
         "--junit", "FILE.xml", "Write a test case for each job.", endings=(".xml",), panel=_OUTPUT
@@ -95,11 +98,11 @@ def campaign(
             if count:
                 _count(chosen, kept, json)
             else:
-                _one(chosen, kept, str(job))
+                _one(chosen, kept, str(job), again, output)
         return
     files = {
         kind: each
-        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output))
+        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output), ("page", page))
         if each
     }
     with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
@@ -193,6 +196,10 @@ def _carry_out(plan: Plan, store: Store, executor: Executor, again: str, files: 
 
         with report_folder(files["report"], "campaign") as folder_:
             files["report"] = write_campaign(found, store, addresses, folder_, again=again)
+    if "page" in files:
+        from rtec.report.campaign_page import fill_page
+
+        fill_page(files["page"], found, store, addresses)
     if json:
         _console.print_json(
             found.to_dict() | {"store": str(store.path)} | {kind: str(p) for kind, p in files.items()}
@@ -226,13 +233,13 @@ def _count(plan: Plan, store: Store, json: bool) -> None:
         typer.echo(f"{len(addresses)} jobs, {done} of them stored")
 
 
-def _one(plan: Plan, store: Store, address: str) -> None:
-    """Run one job again, print its record, and hold it against the stored one.
+def _one(plan: Plan, store: Store, address: str, again: str, output: Path | None) -> None:
+    """Run one job again, print its record, draw it into a folder, and hold it against the stored one.
 
     Raises
     ------
     ArgumentError
-        The plan has no such job, or several.
+        The plan has no such job, or several; a folder for a job that has nothing to be drawn.
     RtecError
         The record differs from the stored one.
     """
@@ -249,10 +256,22 @@ def _one(plan: Plan, store: Store, address: str) -> None:
     job = next(one for k, one in enumerate(plan.jobs()) if k == found[0])
     record = job.carry_out()
     stored = next((done.record for done in store.records([addresses[found[0]]])), None)
-    _console.print_json({
+    document = {
         "job": addresses[found[0]], "code": code_of(job.function), **job.parameters, "seed": job.seed, "run": job.run,
         "requirement": plan.requirement_ids(job.parameters),
         **record, "as_stored": None if stored is None else stored == record,
-    })  # fmt: skip
+    }  # fmt: skip
+    if output is not None:
+        from rtec.io import report_folder
+        from rtec.report.campaign_job import write_job
+        from rtec.verify.campaign.trace import trace_of
+
+        trace = trace_of(plan.kind, job)
+        if trace is None:
+            raise apart("-o", "--job here", "there are no lines to be drawn")
+        said_ = document | {"command": f"{again} --job {addresses[found[0]]}"}
+        with report_folder(output, "campaign") as folder_:
+            document["report"] = str(write_job(trace, said_, plan.name, folder_))
+    _console.print_json(document)
     if stored is not None and stored != record:
         raise RtecError(f"job {addresses[found[0]]} gives another record than the one in {store.path}")

@@ -91,7 +91,6 @@ class RunnerOptions(OptionGroup):
         "Verilog's clock; a Python class then sees ticks only.",
     )
     pins: Path | None = option("--pins", "P.toml", "Which port of the module is what.")
-    simulator: str | None = option("--simulator", "verilator|icarus", "For Verilog; the first that is installed.")
     processor: Microcontroller | None = processor(f"For machine code: {', '.join(PROCESSORS)}.")
     part: str | None = word("--part", "8051|8052", "For machine code.")
     hold_latch: bool | None = flag(
@@ -238,7 +237,7 @@ def _hold(
     beyond = "" if recorded is None else why_it_cannot_be(recorded, chosen.contract)
     if beyond:
         _console.note(f"the capture goes beyond the contract, and is judged all the same: {beyond}")
-    with _console.progress("check", lines=chosen.faster) as progress:
+    with _console.progress("check", lines="") as progress:
         verdict = check_algorithm(
             chosen.algorithm, chosen.contract, tries=tries, seed=seed, more=more, progress=progress,
             captured=None if recorded is None else captured_cases(recorded),

@@ -192,8 +192,8 @@ def _show(verdict: FirmwareVerdict, labels: _Labels, worst: str | None) -> None:
             console.print(Text(at.rstrip()), soft_wrap=True)
     if verdict.suite is not None:
         show_sheet(console, verdict.suite)
-    if verdict.seen.worst_insertion_us is not None:
-        slowest = f"{verdict.seen.worst_insertion_us:.4g} µs ({verdict.seen.worst_insertion_cycles:.4g} cycles)"
+    if verdict.worst_insertion_us is not None:
+        slowest = f"{verdict.worst_insertion_us:.4g} µs ({verdict.worst_insertion_cycles:.4g} cycles)"
         console.print(Text(f"slowest insertion: {slowest} from the transition to the last change"), soft_wrap=True)
     if verdict.suite is not None and worst is not None:
         show_worst(console, verdict.suite, worst)
@@ -206,9 +206,8 @@ def _show(verdict: FirmwareVerdict, labels: _Labels, worst: str | None) -> None:
 
 
 def _where(point: Check, labels: _Labels) -> str:
-    if point.moment is None:
+    if point.time_ps is None:
         return ""
-    moment = point.moment
-    label = "" if moment.pc is None or not labels.names else f" ({labels.name(moment.pc)})"
-    pc = "" if moment.pc is None else f" at {moment.pc:04X}h{label}"
-    return f"\ncycle {moment.cycle}, {moment.time_ps / 1e6:.2f} µs{pc}"
+    label = "" if point.pc is None or not labels.names else f" ({labels.name(point.pc)})"
+    pc = "" if point.pc is None else f" at {point.pc:04X}h{label}"
+    return f"\ncycle {point.cycle}, {point.time_ps / 1e6:.2f} µs{pc}"

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import shlex
+import sys
+from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from rtec.cli import _console, _measured
+from rtec.cli._own_box import OwnOptions
 from rtec.cli._parameters import design, force, option, time_ps, whole, written
 from rtec.cli._verb import said
 from rtec.cli._words import FAULTS, PHASES, completing
@@ -27,6 +31,7 @@ _PS_PER_H = 3600 * PS_PER_S
 
 def safety(
     context: typer.Context,
+    own: OwnOptions,
     output: Path | None = written(
         "-o --output", "FILE.md", "Write the page here, picture and table beside it.", endings=(".md",)
     ),
@@ -52,11 +57,12 @@ def safety(
     Each is tolerated, delayed, a safe stop, or undetected. Exits with 1 where an undetected error could have been
     avoided, or a fault did not take effect, and says which. About two minutes; with --soak 100h about ten on two
     processors. A fault alone, with --fault and --phase, is injected as among all others, also in one run:
-    --first 2 --seeds 1. The PC that runs away is tried where neither is given.
+    --first 2 --seeds 1. The PC that runs away is tried where neither is given. With --algorithm a class of your own
+    inserts in the boxes, under the same faults.
 
     Example: rtec safety -o safety.md
     Example: rtec safety --fault pc-killed --phase cutting --design c --seeds 10
-    Example: rtec safety --design b --seeds 1 --json
+    Example: rtec safety --algorithm mine.py:Mine --design c --json
     """
     picture, table = (None if output is None else output.with_suffix(ending) for ending in (".png", ".csv"))
     for beside in (picture, table):
@@ -64,12 +70,20 @@ def safety(
             check_file("-o", beside, force=force)
     from rtec.verify.safety.case import make_case
 
+    chosen = own.load(context, list(dict.fromkeys(design or [])))
     hours = None if soak_ps is None else _soak_plan(soak_ps, seed)
     plan = _plan(fault or [], phase or [], design or [], seeds=seeds, first=first, seed=seed)
-    with _console.progress("safety") as progress:
+    if chosen is not None:
+        algorithm, like = chosen
+        plan = replace(plan, algorithm=algorithm, designs=(like,))
+        hours = hours and replace(hours, algorithm=algorithm, only=like)
+        if note := getattr(algorithm, "note", ""):
+            _console.note(f"{algorithm.name} runs as plain Python, slower: {note}")
+    words = said(context, "algorithm", "step_counts", "states")
+    with _console.progress("safety") as progress, redirect_stdout(sys.stderr):  # what a class of a user's prints
         case = make_case(plan, hours, progress, ramps=not (fault or phase))
     if output is not None and picture is not None and table is not None:
-        words = said(context, "soak_ps", "fault", "phase", "design", "seeds", "first", "seed")
+        words += said(context, "soak_ps", "fault", "phase", "design", "seeds", "first", "seed")
         name = output.name if output.is_absolute() else output.as_posix()
         _write(case, (output, picture, table), shlex.join(["rtec", "safety", "-o", name, *words]))
     if json:
@@ -77,7 +91,7 @@ def safety(
     else:
         from rtec.report.terminal_safety import show
 
-        show(case)
+        show(case, said(context, "algorithm"))
         if output is not None:
             typer.echo(f"Page: {output}, figure: {picture}")
     if not case.good:

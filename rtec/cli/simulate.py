@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
-import sys
 from contextlib import closing
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from rtec.cli import _console
 from rtec.cli._capture import CaptureOptions, refuse_made
+from rtec.cli._faults import FaultOptions
 from rtec.cli._groups import OptionGroup
 from rtec.cli._motion import ACCELERATION, AskedMotion, acceleration, motion
 from rtec.cli._parameters import (
@@ -22,7 +20,6 @@ from rtec.cli._parameters import (
     choice,
     design,
     flag,
-    force,
     member,
     needs,
     option,
@@ -32,27 +29,22 @@ from rtec.cli._parameters import (
     whole,
     whole_number,
     works,
-    written,
 )
 from rtec.cli._play_algorithm import AlgorithmOptions, play
-from rtec.errors import ArgumentError, OutputError
-from rtec.io import FIGURES
+from rtec.cli._seen import Seen
+from rtec.errors import ArgumentError
 from rtec.units import ANGLE, FREQUENCY, parse_in, parse_quantity
 
 if TYPE_CHECKING:
     from rtec.axis import Encoder, Program
     from rtec.controller import IllegalPolicy, Multiplication
     from rtec.injector import Design, InjectorSettings, RealEdges
-    from rtec.injector.insertion_capture import InsertionCapture
     from rtec.machine import OpenPath
     from rtec.verify.contract.trials import Trials
 
 
-LARGE_BYTES = 10**9
-"""Above this a waveform file is not written without a word."""
-LEVELS = ("00", "10", "11", "01")
-_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction", "seed")
-"""Options of a made stream."""
+_MADE = ("frequency_hz", "cycles", "motion", "acceleration_hz_s", "direction")
+"""Options of a made stream, beside the seed: faults have it, too."""
 _OF_A_DESIGN = ("timing", "glitch_probability", "glitch_ps")
 """Options that mean nothing for an algorithm, beside those of the box."""
 
@@ -172,64 +164,6 @@ class _ReceiverOptions(OptionGroup):
     counter_bits: int = whole("--counter-bits", "Width of the counter; 0: never wraps.", default=32)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Seen(OptionGroup):
-    """What the user wants to see of a run."""
-
-    PANEL = "Output"
-
-    figure: Path | None = written(
-        "--figure", "FILE.png", "Draw an insertion, before and after: .png, .svg, .pdf.", endings=FIGURES
-    )
-    figure_state: int | None = option(
-        "--figure-state",
-        "00|10|11|01",
-        "A and B when it begins; the first insertion without it.",
-        read=lambda said: LEVELS.index(choice(said, LEVELS, name="--figure-state")) + 1,
-    )
-    vcd: Path | None = written("--vcd", "FILE.vcd", "Write both sides of the box as waveforms.")
-    force: bool = force("Overwrite files; write a VCD above 1 GB.")
-
-    def check(self, path: OpenPath) -> InsertionCapture | None:
-        """Ask about what is large; return what looks for an insertion, if one is to be drawn.
-
-        Raises
-        ------
-        OutputError
-            A large file that nobody has agreed to.
-        """
-        from rtec.injector.insertion_capture import InsertionCapture
-
-        if self.vcd is not None and not self.force and (self.vcd.is_file() or not self.vcd.exists()):
-            _agree_to_size(self.vcd, path)  # a pipe fills no disk
-        return None if self.figure is None else InsertionCapture(self.figure_state)
-
-    def written(self, path: OpenPath, capture: InsertionCapture | None, *, name: str = "") -> dict[str, str | None]:
-        """Draw the figure; return the files by their names, None for one that there is nothing to show in."""
-        files: dict[str, str | None] = {} if self.vcd is None else {"vcd": str(self.vcd)}
-        if self.figure is None or capture is None:
-            return files
-        if capture.found is None:
-            _console.note(f"{self.figure} not written: {_why_not(capture, self.figure_state, path)}")
-            return files | {"figure": None}
-        from rtec.readable import hertz_text
-        from rtec.report.figures_simulate import insertion_figure
-        from rtec.report.figures_style import write_figure
-
-        design, processor = path.injector.design, path.microcontroller
-        works = "" if processor is None else f", {processor.name}"
-        name = f"{name or design.title}{works}, {hertz_text(path.frequency_hz)}"
-        write_figure(partial(insertion_figure, capture.found, name, design.step_counts), self.figure)
-        return files | {"figure": str(self.figure)}
-
-    @staticmethod
-    def say(written: dict[str, str | None]) -> None:
-        """Print the names of the files."""
-        for name, file in written.items():
-            if file is not None:
-                typer.echo(f"{name}: {file}")
-
-
 def simulate(
     context: typer.Context,
     design: Design = design("Insertion design.", default=...),
@@ -247,11 +181,12 @@ def simulate(
     timing: Works = works("What works in the box.", default="fast"),
     direction: int = _sign("--direction", "Of the motion."),
     sign: int = _sign("--sign", "- takes counts away instead of adding them."),
-    seed: int = whole("--seed", "Of jitter, glitches and the adversary.", default=0),
+    seed: int = whole("--seed", "Of jitter, glitches, faults and the adversary.", default=0),
     box: _BoxOptions,
     encoder: _EncoderOptions,
     captured: CaptureOptions,
     own: AlgorithmOptions,
+    wrong: FaultOptions,
     receiver: _ReceiverOptions,
     seen: Seen,
     as_json: bool = flag("--json", "One JSON document on stdout, nothing else.", panel=Seen.PANEL),
@@ -263,11 +198,12 @@ def simulate(
     firmware the design's program runs on a 12 MHz 8051, instruction by instruction. A --motion other than steady ends
     at rest, where the box makes what it still owes; reversal and adversary aim a crossing of a line into each
     insertion. A G-code file has a length of its own: no --cycles; its fastest feed runs at the --frequency. The edges
-    of a --capture come at their measured times: options of motion and encoder do not go with it.
+    of a --capture come at their measured times: options of motion and encoder do not go with it. A --fault proves
+    that it took effect, or the command exits with 1, too.
 
     Example: rtec simulate --design c --frequency 500kHz --cycles 100000 --corrections 4000 --jitter 5ns
     Example: rtec simulate --design c --algorithm mine.py:Mine --frequency 100kHz --cycles 1000 --corrections 5
-    Example: rtec simulate --design original --capture scope.csv --corrections 9 --figure insertion.png
+    Example: rtec simulate --design original --capture scope.csv --corrections 9 --fault "missed edge@2 ms"
     """
     from rtec.controller import ReceiverSettings
     from rtec.machine import OpenPath, on_capture
@@ -276,10 +212,14 @@ def simulate(
         raise needs("--figure-state", "--figure")
     if seen.figure is not None and corrections == 0:
         raise needs("--figure", "--corrections above 0", "without a step there is no insertion")
+    if own.algorithm is not None:
+        wrong.refuse_box()
     injector, input_ = box.settings(design, timing), ReceiverSettings(**asdict(receiver))
     capture = captured.read()
     if capture is not None:
-        refuse_made(context, (*_MADE, *(item.name for item in fields(_EncoderOptions))))
+        refuse_made(
+            context, (*_MADE, *(() if wrong.fault else ("seed",)), *(item.name for item in fields(_EncoderOptions)))
+        )
         path = on_capture(
             capture,
             injector=injector,
@@ -302,10 +242,10 @@ def simulate(
     moved = partial(_in_motion, path, None if capture is not None else motion, acceleration_hz_s, seed)
     chosen = own.choose(context, design, (*_OF_A_DESIGN, *(item.name for item in fields(_BoxOptions))))
     if chosen is None:
-        _carry_out(moved(), seen, as_json)
+        _carry_out(moved(), wrong, seed, seen, as_json)
     else:
         with closing(chosen.algorithm):
-            play(chosen, moved, seen, as_json=as_json)
+            play(chosen, moved, wrong, seed, seen, as_json=as_json)
 
 
 def _needed(frequency_hz: float | None) -> float:
@@ -349,46 +289,28 @@ def _cycles(cycles: int | None, program: Program | None, frequency_hz: float) ->
     return max(round(programme_counts(program, frequency_hz) / 4.0), 1)
 
 
-def _carry_out(path: OpenPath, seen: Seen, as_json: bool) -> None:
+def _carry_out(path: OpenPath, wrong: FaultOptions, seed: int, seen: Seen, as_json: bool) -> None:
     from rtec.machine import simulate as run
-    from rtec.report.terminal_simulate import show
+    from rtec.report.terminal_simulate import show, show_outcome
 
+    faults = wrong.at(path, seed)
     capture = seen.check(path)
     with _console.progress(f"design {path.injector.design.key}") as progress:
-        result = run(path, vcd=seen.vcd, seen=capture, progress=progress)
+        if faults:
+            from rtec.machine.open_faults import simulate_faults
+
+            faulty = simulate_faults(path, faults, vcd=seen.vcd, seen=capture, progress=progress)
+            result, outcome = faulty.result, faulty.outcome
+        else:
+            result, outcome = run(path, vcd=seen.vcd, seen=capture, progress=progress), None
     written = seen.written(path, capture)
     if as_json:
-        _console.print_json(result.to_dict() | {"seed": path.encoder.seed} | written)
+        found = {} if outcome is None else outcome.to_dict()
+        _console.print_json(result.to_dict() | {"seed": seed} | found | written)
     else:
         show(path, result)
+        if outcome is not None:
+            show_outcome(outcome)
         seen.say(written)
-    if not result.good:
+    if not result.good or (outcome is not None and not outcome.activated):
         raise typer.Exit(1)
-
-
-def _agree_to_size(vcd: Path, path: OpenPath) -> None:
-    """Ask before a large file is written; refuse it where there is nobody to ask."""
-    from rtec.machine.tape import estimated_bytes
-
-    size = estimated_bytes(path)
-    if size <= LARGE_BYTES:
-        return
-    folder = vcd.parent if vcd.parent.is_dir() else Path()
-    free = shutil.disk_usage(folder).free
-    what = f"{vcd} becomes about {size / 1e9:.3g} GB long, and {free / 1e9:.3g} GB are free there"
-    if sys.stdin.isatty() and sys.stderr.isatty() and typer.confirm(f"{what}. Write it?", err=True):
-        return
-    raise OutputError(f"--vcd: {what}; write it with --force, or take fewer --cycles")
-
-
-def _why_not(capture: InsertionCapture, state: int | None, path: OpenPath) -> str:
-    """Return why there is no insertion to be drawn."""
-    seen = {number: times for number, times in capture.seen_in.items() if times}
-    if not seen or state is None:
-        return "the box has inserted nothing"
-    begun = ", ".join(f"{LEVELS[number - 1]} ({times} times)" for number, times in seen.items())
-    hint = ""
-    if not path.injector.design.one_state:
-        usual = max(seen, key=lambda number: seen[number])
-        hint = f"; try --home-state {(path.encoder.home_state + state - usual) % 4}"
-    return f"no insertion began in state {LEVELS[state - 1]} but in {begun}{hint}"

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec.dataset.dataset import Dataset
-from rtec.dataset.repeats import members_of
+from rtec.dataset.repeats import medians_of_cells, members_of
 from rtec.dataset.standstill import stretches_where
 from rtec.effects import Floats, Observable
 
@@ -52,11 +52,11 @@ def far_from_neighbours(dataset: Dataset) -> NDArray[np.bool_]:
         away = np.sign(away) * np.minimum(np.abs(away), np.minimum(before, after))
     repeated = np.zeros(dataset.rows, dtype=np.bool_)
     if not dataset.conditions.moving:
+        middle = medians_of_cells(y, dataset.cell, 3)
+        repeated = np.isfinite(middle)
+        away[repeated] = (y - middle)[repeated]
         for rows in members_of(dataset.cell):
-            if rows.size >= 3:
-                away[rows] = y[rows] - np.median(y[rows])
-                repeated[rows] = True
-            elif rows.size == 2:
+            if rows.size == 2:
                 apart = y[rows] - y[rows[::-1]]
                 away[rows] = np.sign(away[rows]) * np.minimum(np.abs(away[rows]), np.abs(apart))
     most = MOST_REPEATED if dataset.has_repeats and not dataset.conditions.moving else MOST

@@ -14,7 +14,7 @@ from rtec.dataset.dataset import Dataset
 from rtec.dataset.from_measurement import clock_runs_back
 from rtec.dataset.kind import is_moving
 from rtec.dataset.outliers import FAR, far_from_neighbours, robust_scale
-from rtec.dataset.repeats import members_of, pair_numbers, place_numbers
+from rtec.dataset.repeats import medians_of_cells, members_of, pair_numbers, place_numbers
 from rtec.dataset.run_agreement import Misfit, misfits
 from rtec.dataset.unseen import shifted_targets, unseen_periods
 from rtec.effects import Floats
@@ -200,7 +200,7 @@ def _words_of(changes: Sequence[float | None], unit: str) -> tuple[str, str, str
 def _unit_slips(test: _Test, apart: np.ndarray) -> tuple[list[str], np.ndarray]:
     """Say which readings agree with their repeats only in another unit; and return which these are."""
     y, found = test.data.observed, np.zeros(test.data.rows, dtype=np.bool_)
-    middle = np.where(apart, np.nan, _middle_of_cells(test.data))
+    middle = np.where(apart, np.nan, medians_of_cells(test.data.observed, test.data.cell, _FEWEST_REPEATS))
     known = np.isfinite(middle)
     if not known.any():
         return [], found
@@ -217,15 +217,6 @@ def _unit_slips(test: _Test, apart: np.ndarray) -> tuple[list[str], np.ndarray]:
             texts.append(f"{test.where(rows)}: {how}: {what}?")
         found |= slipped
     return texts, found
-
-
-def _middle_of_cells(data: Dataset) -> Floats:
-    """Return the median of the repeats of each reading, NaN where they are too few to outvote one."""
-    middle = np.full(data.rows, np.nan)
-    for rows in members_of(data.cell):
-        if rows.size >= _FEWEST_REPEATS:
-            middle[rows] = np.median(data.observed[rows])
-    return middle
 
 
 def _outliers(test: _Test, found: np.ndarray) -> Iterable[str]:

@@ -104,3 +104,22 @@ def members_of(cells: Ints) -> list[Ints]:
     order = order[cells[order] >= 0]
     starts = np.flatnonzero(np.diff(cells[order])) + 1
     return np.split(order, starts) if order.size else []
+
+
+def medians_of_cells(values: Floats, cells: Ints, fewest: int) -> Floats:
+    """Return the median of the cell of each reading, NaN where that holds fewer readings than ``fewest``, or is none.
+
+    Examples
+    --------
+    >>> medians_of_cells(np.array([1.0, 2.0, 5.0, 4.0]), np.array([0, 1, -1, 0]), 2)
+    array([2.5, nan, nan, 2.5])
+    """
+    found = np.full(values.size, np.nan)
+    of_size: dict[int, list[Ints]] = {}
+    for rows in members_of(cells):
+        of_size.setdefault(rows.size, []).append(rows)
+    for size, alike in of_size.items():
+        if size >= fewest:
+            every = np.array(alike)
+            found[every] = np.median(values[every], axis=1)[:, None]
+    return found

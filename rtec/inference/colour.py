@@ -121,7 +121,9 @@ class Whitening:
         carry, keep, gain, scale, _ = self._steps
         white = np.empty(columns.shape)
         out = np.empty((0, columns.shape[1])) if without is None else without
-        self._kernel(np.ascontiguousarray(columns, dtype=np.float64), unit, carry, keep, gain, scale, out, white)
+        # an array that is read only would be of a type of its own, for which the kernel is compiled once more
+        taken = np.require(columns, np.float64, ["C", "W"])
+        self._kernel(taken, unit, carry, keep, gain, scale, out, white)
         return white
 
     def coloured(self, columns: Floats) -> Floats:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rtec.injector.box import Injector, InjectorSettings, Insertions, RealEdges
     from rtec.injector.design import Design, DesignRow
-    from rtec.injector.protocol import Algorithm, Break, Reach, Response, Stimulus, Totals
+    from rtec.injector.protocol import Algorithm, BoxAlgorithm, Break, Reach, Response, Stimulus, Totals
     from rtec.injector.timing import Processor, Timing
 
 __all__ = [
     "Algorithm",
+    "BoxAlgorithm",
     "Break",
     "Design",
     "DesignRow",

@@ -25,7 +25,7 @@ from rtec.injector._insertion_kernels import (
     write,
 )
 from rtec.injector._monitor_kernels import observe
-from rtec.injector._state_kernels import ARMED, IDLE, INSERTING, LETTING_GO, SAMPLING, WRITING
+from rtec.injector._state_kernels import ARMED, HUNG, IDLE, INSERTING, LETTING_GO, SAMPLING, STUCK, WRITING
 from rtec.signal._kernels import NEVER
 
 
@@ -86,7 +86,7 @@ def injector_fire(s: Record) -> None:
     elif s.phase == WRITING:
         write(s, t_ps)
     elif s.phase == LETTING_GO:
-        s.holding = 0
+        s.holding = 1 if s.holds == STUCK else 0
         cancel(s)
         drive(s)
         arm_at_rest(s, t_ps)
@@ -137,6 +137,25 @@ def injector_power(s: Record, t_ps: int, powered: int) -> None:
         s.ready_ps = t_ps + s.recover_ps
         s.last_edge_ps = t_ps  # whether the axis rests, and how fast it moves, is still to be seen
         s.edge_before_ps = -NEVER
+    drive(s)
+
+
+@helper
+def injector_hang(s: Record) -> None:
+    """Let the processor stand still: its outputs stay, and it reads and begins nothing."""
+    cancel(s)
+    s.powered = HUNG
+
+
+@helper
+def injector_latch(s: Record, sticks: int, closed: int) -> None:
+    """Let the hold latch stick, open or closed, or work again."""
+    s.holds = 1
+    if sticks == 1:
+        s.holds = STUCK if closed == 1 else 0
+    if closed == 1 and s.holding == 0:
+        s.held = s.ab_in
+    s.holding = closed
     drive(s)
 
 

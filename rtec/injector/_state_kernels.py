@@ -8,6 +8,37 @@ IDLE, ARMED, INSERTING, LETTING_GO, SAMPLING, WRITING = 0, 1, 2, 3, 4, 5
 """What the next event of the box is: none, start of an insertion, its next change, end of holding, and for
 lines that pass through the processor the sampling and the writing of the lines."""
 
+STUCK = HUNG = 2
+"""Of a hold latch, and of a processor, that a fault keeps from working (`rtec.machine.box_faults`)."""
+
+OWN = np.dtype(
+    [
+        # parameters
+        ("function", np.int64),  # address of an algorithm's step; 0: the design's own steps are at work
+        ("memory", np.int64),  # address of what it keeps
+        # state
+        ("fresh", np.int64),  # 1: the next call is the one at power-up
+        ("since_ps", np.int64),  # when that is, or was
+        ("calls", np.int64),  # by its own wish, since something has changed at its inputs
+        # what it is called with: a time since power-up, levels, and a total since then
+        ("t_ps", np.int64),
+        ("ab", np.int64),
+        ("requested", np.int64),
+        # what it says
+        ("levels", np.int64),
+        ("completed", np.int64),
+        ("wake_ps", np.int64),
+        ("refused", np.int64),
+        # observations
+        ("entered", np.int64),  # calls
+        ("left", np.int64),  # those that have returned
+        ("broken", np.int64),  # how it ended, in words of whoever made the function; 0: it has not
+        ("value", np.int64),  # that ended it
+    ],
+    align=True,
+)
+"""An algorithm of a user's in the place of a design's steps (`rtec.injector._own_kernels`)."""
+
 INJECTOR = np.dtype(
     [
         # parameters
@@ -23,11 +54,11 @@ INJECTOR = np.dtype(
         ("latency_ps", np.int64),  # Design B: from sampling the lines to writing them
         ("gate_ps", np.int64),  # least interval that the speed gate lets through (0: no gate)
         ("rest_ps", np.int64),  # without an edge for so long the axis counts as at rest
-        ("holds", np.int64),  # 1: real transitions are held back during an insertion
+        ("holds", np.int64),  # 1: real transitions are held back during an insertion; STUCK: all are
         ("releases", np.int64),  # Design C, loss of power: 1 drops the inverters, 0 latches them
         # state
         ("enabled", np.int64),
-        ("powered", np.int64),
+        ("powered", np.int64),  # 0, 1, or HUNG: the outputs stay as they are, nothing is read or begun
         ("phase", np.int64),
         ("next_ps", np.int64),
         ("recognised_ps", np.int64),
@@ -60,6 +91,7 @@ INJECTOR = np.dtype(
         ("angle", np.int64),  # between them, in states
         ("ahead", np.int64),  # counts by which the controller's side went ahead of the encoder's
         ("illegal_out", np.int64),  # changes of both lines at one instant
+        ("own", OWN),
     ],
     align=True,
 )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -182,3 +182,25 @@ class Algorithm(Protocol):
 
     def close(self) -> None:
         """End what runs behind it."""
+
+
+class Attached(Protocol):
+    """An algorithm at work in one box."""
+
+    def copied_to(self, own: Any) -> Attached:
+        """Let a copy work in a box whose record was copied; ``own`` is that part of it."""
+
+    def check(self) -> None:
+        """Raise an `rtec.errors.RtecError` where the algorithm has come to an untimely end."""
+
+
+class BoxAlgorithm(Protocol):
+    """An algorithm that can work in the boxes of a machine, in the place of a design."""
+
+    name: str
+    """What it is called."""
+    note: str
+    """What there is to say about how it runs, or ""."""
+
+    def attach(self, own: Any) -> Attached:
+        """Let it work in a box for as long as what is returned is kept; ``own`` is `OWN` of the injector's record."""

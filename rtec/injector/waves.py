@@ -130,6 +130,7 @@ def write_waves(
     rows: NDArray[np.int64],
     *,
     initial: tuple[int, int],
+    start_ps: int = 0,
     end_ps: int,
     beside: Sequence[tuple[VcdSignal, NDArray[np.int64], NDArray[np.int64]]] = (),
 ) -> None:
@@ -143,8 +144,8 @@ def write_waves(
         As of `BoxWaves.changes`.
     initial
         Level codes of encoder and controller at the start.
-    end_ps
-        Closing time; a change after it moves it there.
+    start_ps, end_ps
+        Time of the initial levels, and closing time; a change after it moves it there.
     beside
         Other signals, with times in ps and values of their changes.
 
@@ -170,8 +171,9 @@ def write_waves(
     times, which, values = (np.concatenate(column) for column in zip(own, *others, strict=True))
     order = np.argsort(times, kind="stable")
     end_ps = max(end_ps, int(times.max(initial=0)))
-    timescale = coarsest_timescale(np.append(times, end_ps))
-    with VcdWriter(file, signals=[*waves.signals, *(row[0] for row in beside)], timescale=timescale) as writer:
+    timescale = coarsest_timescale(np.append(times, [start_ps, end_ps]))
+    signals = [*waves.signals, *(row[0] for row in beside)]
+    with VcdWriter(file, signals=signals, timescale=timescale, start_ps=start_ps) as writer:
         writer.write(times[order], which[order], values[order])
         writer.finish(end_ps)
 

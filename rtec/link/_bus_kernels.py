@@ -37,7 +37,7 @@ LAST_OF_BUS = OFF
 
 ANY = -1
 
-BEGUN, FRAMES_AFFECTED, CABLE_AFFECTED, WORD_AFFECTED, GLITCHES_MADE = 0, 1, 2, 3, 4
+BEGUN, FRAMES_AFFECTED, CABLE_AFFECTED, WORD_AFFECTED, GLITCHES_MADE, TWIN_DIFFERS, EDGES_KEPT = 0, 1, 2, 3, 4, 5, 6
 """What shows that a fault was activated: that it began, or what it affected."""
 
 FAULT = np.dtype(

@@ -11,15 +11,15 @@ from typing import Any
 from rtec._jit import Record, helper, step
 from rtec.axis._kernels import encoder_level, encoder_reset
 from rtec.controller._kernels import receiver_edge, receiver_reset
-from rtec.injector._kernels import (
-    injector_edge,
-    injector_enable,
-    injector_fire,
-    injector_power,
-    injector_request,
-    injector_reset,
-)
 from rtec.injector._monitor_kernels import observe
+from rtec.injector._own_kernels import (
+    works_edge,
+    works_enable,
+    works_fire,
+    works_power,
+    works_request,
+    works_reset,
+)
 from rtec.injector._state_kernels import ARMED, INSERTING
 from rtec.link._bus_kernels import NO_FAULT
 from rtec.link._kernels import deliver
@@ -46,7 +46,7 @@ def stand_still(m: Record) -> int:
     """Let encoder, injector and receiver stand at home, everything switched on; return the levels there."""
     encoder_reset(m.encoder, 0)
     level = encoder_level(m.encoder)
-    injector_reset(m.injector, level)
+    works_reset(m.injector, level)
     receiver_reset(m.receiver, level)
     return int(level)
 
@@ -55,7 +55,7 @@ def stand_still(m: Record) -> int:
 def box_edge(st: Record, box: Any, t_ps: int, level: int) -> None:
     """Send a transition of the lines at ``t_ps``, up to which the box has been advanced, into it."""
     if box is None:
-        injector_edge(st.injector, t_ps, level)
+        works_edge(st.injector, t_ps, level)
     else:
         firmware_edge(box[0], t_ps, level)
 
@@ -91,7 +91,7 @@ def advance_injector(st: Record, t_ps: int) -> bool:
         st.event_ps = max(own_ps, st.event_ps)
         if waits and s.in_path == 1 and s.phase == ARMED:
             return True  # its insertion is one change: the last moment before it
-        injector_fire(s)
+        works_fire(s)
         if waits and s.phase == INSERTING and s.next_ps > own_ps:
             return True
         if s.next_ps > own_ps and own_ps < t_ps:
@@ -104,7 +104,7 @@ def advance_injector(st: Record, t_ps: int) -> bool:
 def box_power(st: Record, box: Any, t_ps: int, on: int) -> None:
     """Take the power of the box away or give it back; the gates are powered by the controller."""
     if box is None:
-        injector_power(st.injector, t_ps, on)
+        works_power(st.injector, t_ps, on)
     else:
         power_firmware(st, box[0], t_ps, on)
 
@@ -116,7 +116,7 @@ def box_switch(st: Record, box: Any, t_ps: int, on: int) -> None:
     if box is not None:
         set_inputs(st, box[0], t_ps)
     elif on == 0:
-        injector_enable(st.injector, t_ps, 0)
+        works_enable(st.injector, t_ps, 0)
 
 
 @helper
@@ -134,9 +134,9 @@ def instruct(st: Record, t_ps: int, allowed: bool, total: int) -> None:
     """Tell the injector whether it may insert, and the total that it is to reach."""
     s = st.injector
     if s.enabled != allowed:
-        injector_enable(s, t_ps, 1 if allowed else 0)
+        works_enable(s, t_ps, 1 if allowed else 0)
     if total != s.requested:
-        injector_request(s, t_ps, total)
+        works_request(s, t_ps, total)
 
 
 @step
@@ -157,7 +157,7 @@ def box_zero(st: Record, box: Any, t_ps: int) -> None:
     """Zero the counters of the box: the axis stands at home."""
     s = st.injector
     if box is None:
-        injector_request(s, t_ps, 0)
+        works_request(s, t_ps, 0)
     else:
         zero_firmware(box[0])
     s.completed = 0
@@ -216,7 +216,7 @@ def box_stop(st: Record, box: Any, t_ps: int) -> int:
         box_output(st, box, st.event_ps)
         return int(st.event_ps)
     if st.injector.enabled == 1:
-        injector_enable(st.injector, t_ps, 0)
+        works_enable(st.injector, t_ps, 0)
     return t_ps
 
 

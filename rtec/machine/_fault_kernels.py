@@ -11,7 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtec._jit import Record, helper
-from rtec.link._bus_kernels import CABLE_AFFECTED, GLITCHES_MADE, LAST_OF_BUS, NO_FAULT, WORD_AFFECTED, fire
+from rtec.injector._kernels import injector_hang, injector_latch
+from rtec.injector._state_kernels import HUNG as STANDS_STILL
+from rtec.link._bus_kernels import (
+    CABLE_AFFECTED,
+    EDGES_KEPT,
+    GLITCHES_MADE,
+    LAST_OF_BUS,
+    NO_FAULT,
+    WORD_AFFECTED,
+    fire,
+)
 from rtec.machine._box_kernels import box_power, box_probe, box_switch
 from rtec.requester._box_node_kernels import WORD_RIGHT, WORD_STALE, WORD_TORN, box_start
 from rtec.signal._kernels import NEVER
@@ -23,6 +33,9 @@ PC_PLACE = 0
 BOX_RESTART, POWER_OFF, CABLE, GLITCHES, SWITCH_THROWN, PROBE_TRIP, STALE_WORD, TORN_WORD = (
     20, 21, 22, 23, 24, 25, 26, 27,
 )  # fmt: skip
+# in the open path (`rtec.machine.open_fault_kinds`); what hangs and sticks in a cell, too
+PULSES, MISSED, SHIFTED, HUNG, CLOCK, LATCH, REQUEST = 30, 31, 32, 33, 34, 35, 36
+FIRST_OPEN, LAST_OPEN = PULSES, REQUEST
 # at the PC
 PC_KILLED, CLOCK_JUMP_FORWARD, CLOCK_JUMP_BACK = 40, 41, 42
 PC_PROBING = 43
@@ -43,10 +56,11 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     """Let a fault of an axis begin at its ``box`` (`rtec.machine._box_kernels`)."""
     n = st.node
     kind = f.kind
-    if kind == BOX_RESTART or kind == POWER_OFF or kind == PROBE_TRIP:
-        if st.powered == 0:
-            return  # a box without power has no state to lose and latches nothing
-    if kind == BOX_RESTART:
+    if not finds_box(st, kind):
+        return
+    if kind == HUNG or kind == LATCH:
+        begin_inside(st, kind)
+    elif kind == BOX_RESTART:
         switch_power(st, box, t_ps, 0)
         switch_power(st, box, t_ps, 1)
     elif kind == POWER_OFF:
@@ -67,12 +81,35 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
 
 
 @helper
+def begin_inside(st: Record, kind: int) -> None:
+    """Let the program of a modelled box stand still, or its hold latch stick closed."""
+    if kind == LATCH:
+        injector_latch(st.injector, 1, 1)
+    else:
+        injector_hang(st.injector)
+        st.powered = STANDS_STILL
+
+
+@helper
+def finds_box(st: Record, kind: int) -> bool:
+    """Return whether the box is in a state to which a fault of this kind can happen.
+
+    Without power it has no state to lose; while its program stands still it latches nothing, and cannot hang.
+    """
+    if kind == BOX_RESTART or kind == POWER_OFF:
+        return bool(st.powered != 0)
+    return bool(st.powered == 1 or (kind != PROBE_TRIP and kind != HUNG))
+
+
+@helper
 def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     """Let a fault of an axis end."""
     kind = f.kind
     if kind == POWER_OFF:
         if st.powered == 0:
             switch_power(st, box, t_ps, 1)
+    elif kind == LATCH:
+        injector_latch(st.injector, 0, 0)
     elif kind == SWITCH_THROWN:
         box_switch(st, box, t_ps, 1)
     elif kind == STALE_WORD or kind == TORN_WORD:
@@ -116,6 +153,8 @@ def effects_at(st: Record, f: Record) -> int:
         return int(st.encoder.glitches)
     if f.activation == WORD_AFFECTED:
         return int(st.node.word_effects)
+    if f.activation == EDGES_KEPT:
+        return int(st.encoder.serial)
     return 1 if f.while_inserting == 1 and st.triggered_ps > 0 else 0
 
 

@@ -26,6 +26,7 @@ from rtec.machine._fault_kernels import (
     behind_cable,
     effects_at,
     end_at_axis,
+    finds_box,
     note_effects,
     trigger_pending,
 )
@@ -182,6 +183,6 @@ def fault_at_axis(st: Record, box: Any, f: Record, t_ps: int, begins: bool) -> N
         f.effects_before = effects_at(st, f)
     else:
         f.effects_before = effects_at(st, f)
-        inject_or_clear(st, box, t_ps, f, True)
-        if f.activation == BEGUN:
+        if f.activation == BEGUN and finds_box(st, f.kind):
             fire(f, t_ps)
+        inject_or_clear(st, box, t_ps, f, True)

@@ -172,7 +172,7 @@ def at_home(st: Record) -> bool:
 def turn_box(st: Record, box: Any, t_ps: int) -> None:
     """Let a box take a reading."""
     n, s = st.node, st.injector
-    if st.powered == 0:
+    if st.powered != 1:
         n.box.next_ps += n.box.period_ps
         return
     n.at_home = 1 if at_home(st) else 0

@@ -12,6 +12,7 @@ from rtec.axis.command import Moves, lines_of, move_arrays
 from rtec.axis.plant import bound_plant
 from rtec.controller._kernels import reset as reset_receiver
 from rtec.errors import ArgumentError
+from rtec.injector.protocol import Attached
 from rtec.link._bus_kernels import FAULT
 from rtec.machine import _line_kernels, _station_kernels
 from rtec.machine.firmware_box import side_by_side
@@ -59,8 +60,11 @@ class Axes:
             found = f"{len(boxes)} of {len(settings)} with a microcontroller"
             raise ArgumentError("stations", found, "all axes of a cell, or none")
         self._boxes = side_by_side(boxes, self.records[0]) if boxes else None
+        self._attached: list[tuple[int, Attached]] = []
         for i, (state, each) in enumerate(zip(self.records, settings, strict=True)):
             each.fill(state)
+            if each.algorithm is not None:
+                self._attached.append((i, each.algorithm.attach(state.injector.own)))
             state.repeats = 0 if lines_of(moves) else 1
             _station_kernels.start(state, start_ps, first_ps[i], sessions[i])
             if boxes:
@@ -97,6 +101,17 @@ class Axes:
         for i in range(len(self.records)):
             self._settle(*self.parts, i)
 
+    def check(self) -> None:
+        """Raise what has ended an algorithm of a user's in a box (`rtec.injector.BoxAlgorithm`).
+
+        Raises
+        ------
+        RtecError
+            It raised, or returned what no algorithm may.
+        """
+        for _, each in self._attached:
+            each.check()
+
     @property
     def views(self) -> tuple[StationView, ...]:
         """Return what happens at each axis."""
@@ -105,9 +120,12 @@ class Axes:
     def settled_views(self) -> tuple[StationView, ...]:
         """Return what would be seen once what is under way has come to its end; nothing is changed by looking."""
         copied = _copied(self.parts)
+        records = copied[0][0]
+        at_work = [one.copied_to(records[i].injector.own) for i, one in self._attached]
         for i in range(len(self.records)):
             self._settle(*copied, i)
-        return _views(copied[0][0], self.settings)
+        del at_work  # it was, up to here
+        return _views(records, self.settings)
 
 
 def _views(records: Any, settings: Sequence[StationSettings]) -> tuple[StationView, ...]:

@@ -9,6 +9,7 @@ from functools import partial
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, nearest
 from rtec.link._frame_kernels import REQUEST
+from rtec.link.simulated import FaultActivation
 from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace, FaultRow
 from rtec.machine.faults import PC_NODE, Fault, Trigger, fault_records
 from rtec.machine.workbench import Workbench
@@ -42,6 +43,9 @@ def kind_of(name: FaultRow | str) -> FaultRow:
     raise ArgumentError("fault", repr(name)[:60], "a class of faults", hint, problem="is not a fault")
 
 
+_Effects = Callable[[], tuple[int, int | None]]
+
+
 class BenchFaults:
     """What goes wrong on a workbench.
 
@@ -66,7 +70,7 @@ class BenchFaults:
     def __init__(self, bench: Workbench, jump_clock: Callable[[int, Callable[[], None]], None]) -> None:
         self._bench = bench
         self._jump_clock = jump_clock
-        self._armed: list[tuple[Fault, Callable[[], int]]] = []
+        self._armed: list[tuple[Fault, _Effects]] = []
         self._optional: list[Fault] = []
 
     def arm(
@@ -143,19 +147,28 @@ class BenchFaults:
     @property
     def times(self) -> dict[str, int]:
         """Return how often each armed fault took effect so far, in words."""
-        return {_words(fault): times() for fault, times in self._armed}
+        return {_words(fault): effects()[0] for fault, effects in self._armed}
+
+    @property
+    def activations(self) -> list[FaultActivation[Fault]]:
+        """Return how often each armed fault took effect so far, and when first."""
+        return [
+            FaultActivation(fault=fault, times=times, first_ps=first_ps)
+            for fault, effects in self._armed
+            for times, first_ps in [effects()]
+        ]
 
     @property
     def unfired(self) -> list[str]:
         """Return the armed faults that took no effect although they must, in words."""
         return [
             _words(fault)
-            for fault, times in self._armed
-            if times() == 0 and not any(fault is optional for optional in self._optional)
+            for fault, effects in self._armed
+            if effects()[0] == 0 and not any(fault is optional for optional in self._optional)
         ]
 
-    def _start(self, fault: Fault) -> Callable[[], int]:
-        """Let a fault happen at its time; return what says how often it took effect so far."""
+    def _start(self, fault: Fault) -> _Effects:
+        """Let a fault happen at its time; return what says how often it took effect so far, and when first."""
         kind, bench = fault.kind, self._bench
         bus = bench.bus
         if fault.from_ps < bus.now_ps:
@@ -164,13 +177,13 @@ class BenchFaults:
             read_ps: list[int] = []
             by_ps = fault.delay_ps if kind is FaultKind.CLOCK_JUMP_FORWARD else -fault.delay_ps
             bus.at(fault.from_ps, lambda: self._jump_clock(by_ps, lambda: read_ps.append(bus.now_ps)))
-            return lambda: len(read_ps)
+            return lambda: (len(read_ps), min(read_ps, default=None))
         if kind.place is FaultPlace.PC:
             raise ArgumentError("kind", kind.words, "a fault of the bus or of an axis", "this PC is your own program")
         if kind.place is FaultPlace.BUS:
             number = len(bus.fired)
             bus.add_fault(fault)
-            return lambda: bus.fired[number].times
+            return lambda: (bus.fired[number].times, bus.fired[number].first_ps)
         if fault.place not in bench.boxes:
             raise ArgumentError("place", fault.place, f"an axis: {', '.join(map(str, bench.boxes))}")
         box = bench.boxes[fault.place]
@@ -179,7 +192,7 @@ class BenchFaults:
         bus.at(fault.from_ps, partial(box.change, record, begins=True))
         if fault.until_ps is not None:
             bus.at(fault.until_ps, partial(box.change, record, begins=False))
-        return partial(box.effects, record)
+        return lambda: (times, int(record.fired_ps)) if (times := box.effects(record)) else (0, None)
 
 
 def _words(fault: Fault) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -127,6 +128,7 @@ class Cell:
             if fault.place:
                 stations[fault.place - 1].check_fault(fault)
         check_apart(faults)
+        self._run: Any = None  # prepared once it is wanted: a cell that is monitored runs by another kernel
         self.settings = tuple(stations)
         self.faults = tuple(faults)
         self._cell = new_record(_cell_kernels.CELL)
@@ -155,11 +157,15 @@ class Cell:
     def run(self, *, until_ps: int) -> None:
         """Run to ``until_ps``; time never runs back."""
         until_ps = whole_within("until_ps", until_ps, self.now_ps, NEVER - 1, unit="ps (time never runs back)")
+        if self._run is None:
+            self._run = prepared(_cell_kernels.run, *self._parts, until_ps, self._models)
         self._run(*self._parts, until_ps, self._models)
+        self._axes.check()
 
     def settle(self) -> None:
         """Let what is under way at every axis come to its end, so that the counts can be compared."""
         self._axes.settle()
+        self._axes.check()
 
     def probe(self, probing: bool) -> None:
         """Let the PC enter or leave the probing mode on all axes."""
@@ -188,7 +194,7 @@ class Cell:
         ]
         self._models = (*models, *models[-1:] * (_MOST_CELL_AXES - count))
         self._parts = self._cell, *self._axes.parts, self._axes.steps, self._pcs, self._faults
-        self._run = prepared(_cell_kernels.run, *self._parts, 0, self._models)
+        self._run = None
 
     @property
     def now_ps(self) -> int:

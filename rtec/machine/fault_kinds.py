@@ -39,6 +39,7 @@ class FaultCategory(enum.Enum):
     ENCODER = "the lines before the box"
     """Box and controller see the same wrong lines."""
     OPERATOR = "switch and probe"
+    BOX = "the box's own circuits"
 
 
 class ActivatedBy(enum.IntEnum):
@@ -54,6 +55,10 @@ class ActivatedBy(enum.IntEnum):
     """Position words that were not the right ones."""
     GLITCHES = _bus.GLITCHES_MADE
     """Glitches on the lines."""
+    EDGES = _bus.EDGES_KEPT
+    """Edges of the encoder that did not pass."""
+    TWIN = _bus.TWIN_DIFFERS
+    """Moments at which lines or completed total differed from those of the run without it; in the open path alone."""
 
 
 _F, _A = FaultCategory, ActivatedBy
@@ -65,7 +70,8 @@ NO_GLITCHES = 0.0, 0
 class FaultRow:
     """What is known of a class of faults.
 
-    Those of rtec are the members of `FaultKind`. Lines that go wrong in another way are a row of one's own, which a
+    Those of a cell are the members of `FaultKind`; the open path has some more
+    (`rtec.machine.open_fault_kinds`). Lines that go wrong in another way are a row of one's own, which a
     `Fault` takes as well.
 
     Raises
@@ -118,6 +124,11 @@ class FaultRow:
         if self.code <= _bus.LAST_OF_BUS:
             return FaultPlace.BUS
         return FaultPlace.PC if self.code >= _at.PC_KILLED else FaultPlace.AXIS
+
+    @property
+    def part(self) -> int:
+        """Return a number of what is changed at an axis: of two faults of one part, the end of one would end both."""
+        return _at.STALE_WORD if self.code == _at.TORN_WORD else self.code
 
     @property
     def delayed(self) -> bool:
@@ -203,6 +214,15 @@ class FaultKind(FaultRow, enum.Enum):
     SWITCH_THROWN = "disable switch thrown", _at.SWITCH_THROWN, _F.OPERATOR, _A.BEGUN, "corrections are forbidden"
     PROBE_TRIPPED = "probe trip", _at.PROBE_TRIP, _F.OPERATOR, _A.BEGUN, "the position is latched"
 
+
+PROCESSOR_HUNG = FaultRow(
+    "processor hung", _at.HUNG, _F.POWER, _A.BEGUN, "the box's program stands still, its outputs stay",
+)  # fmt: skip
+LATCH_STUCK = FaultRow(
+    "hold latch stuck closed", _at.LATCH, _F.BOX, _A.EDGES, "the gates keep A and B as they are",
+)  # fmt: skip
+INSIDE_BOX = PROCESSOR_HUNG, LATCH_STUCK
+"""Of a box that is modelled, in a cell; the open path has rows of its own."""
 
 FAULTS_OF_WORDS = tuple(kind for kind in FaultKind if kind.among_words)
 """Those that can happen where PC and box exchange words and no frames."""

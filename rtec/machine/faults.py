@@ -16,7 +16,7 @@ from rtec.injector import DesignRow
 from rtec.link import _bus_kernels as _bus
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine import _fault_kernels
-from rtec.machine.fault_kinds import FaultKind, FaultPlace, FaultRow
+from rtec.machine.fault_kinds import INSIDE_BOX, LATCH_STUCK, FaultKind, FaultPlace, FaultRow
 from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 
@@ -98,7 +98,10 @@ class Fault:
             raise ArgumentError("delay_ps", 0, "at least 1 ps", f"say how far: {self.kind.words}")
         if self.kind.code == _bus.OFF and self.place is None:
             raise ArgumentError("place", "None", "a node: 0 is the PC, n the box of axis n")
-        if self.trigger is Trigger.WHILE_INSERTING and where is not FaultPlace.AXIS:
+        waits = self.trigger is Trigger.WHILE_INSERTING
+        if waits and self.kind is LATCH_STUCK:
+            raise ArgumentError("trigger", self.trigger.value, "at once", "an insertion closes the latch itself")
+        if waits and where is not FaultPlace.AXIS:
             raise ArgumentError("trigger", self.trigger.value, "at once", f"{self.kind.words} is none of an axis")
 
     @property
@@ -114,7 +117,19 @@ class Fault:
         return f"{self.kind.words} from {self.from_ps / PS_PER_S:g} s{ends}{waits}"
 
     def fill(self, record: Record) -> None:
-        """Write the fault into a kernel's record."""
+        """Write the fault into a kernel's record.
+
+        Raises
+        ------
+        ArgumentError
+            A fault that only the open path has.
+        """
+        open_only = _fault_kernels.FIRST_OPEN <= self.kind.code <= _fault_kernels.LAST_OPEN
+        if open_only and self.kind not in INSIDE_BOX:
+            raise ArgumentError(
+                "kind", repr(self.kind.words), "a fault of a cell, or rtec simulate --fault",
+                problem="is a fault of the open path alone",
+            )  # fmt: skip
         record.kind = self.kind.code
         record.place = _bus.ANY if self.place is None else self.place
         if self.kind.place is FaultPlace.PC:
@@ -157,10 +172,10 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
     Raises
     ------
     ArgumentError
-        Two faults of one category, two that wait for an insertion, or two intervals of probing, that overlap.
+        Two faults of one part, two that wait for an insertion, or two intervals of probing, that overlap.
     """
     faults = [fault for fault in faults if fault.kind.place is FaultPlace.AXIS]  # several may affect one frame
-    spans = [((fault.kind.category.value, str(fault.place)), fault) for fault in faults]
+    spans = [((str(fault.kind.part), str(fault.place)), fault) for fault in faults]
     spans += [(("waiting", str(fault.place)), fault) for fault in faults if fault.trigger is Trigger.WHILE_INSERTING]
     times = [(part, fault.from_ps, fault.over_ps, "faults", str(fault)) for part, fault in spans]
     times += [
@@ -171,14 +186,24 @@ def check_apart(faults: Sequence[Fault], probing: Sequence[tuple[int, int]] = ()
             raise ArgumentError(name, later, f"one that begins when this is over: {words}")
 
 
-def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool) -> None:
-    """Check that a box shows when an insertion is under way, if a fault waits for it.
+def check_waiting(fault: Fault, design: DesignRow, *, firmware: bool, own: bool = False) -> None:
+    """Check that a fault can happen to a box, and that the box shows an insertion if the fault waits for one.
 
     Raises
     ------
     ArgumentError
-        The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion.
+        The firmware of Design B: it writes its lines all the time, and none of its outputs tells an insertion; a
+        fault inside a box that runs its firmware, or an algorithm of the user (``own``); a latch where the lines pass
+        through the processor.
     """
+    if fault.kind in INSIDE_BOX and (firmware or own):
+        raise ArgumentError(
+            "kind", fault.kind.words, "a box that is modelled", "rtec simulate --fault has it on boards"
+        )
+    if fault.kind is LATCH_STUCK and design.in_path:
+        raise ArgumentError(
+            "kind", fault.kind.words, "a design with a hold latch: its lines pass through the processor"
+        )
     if fault.trigger is Trigger.WHILE_INSERTING and firmware and design.in_path:
         raise ArgumentError(
             "trigger",

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec import axis, metrology
-from rtec.axis import Limits, MotionSegments, ProfileShape, plan
+from rtec import metrology
+from rtec.axis import Block, Dwell, Limits, MotionSegments, Move, ProfileShape, Program, plan
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
 from rtec.units import PS_PER_S
@@ -151,17 +151,17 @@ class _Program:
     def __init__(self, plan_: metrology.MeasuringPlan) -> None:
         self.targets, self._turns = plan_.targets_mm.tolist(), plan_.turns_mm.tolist()
         self._feed_mm_s, self._dwell_s = plan_.programmed_feed_mm_s, plan_.dwell_s
-        self._blocks: list[axis.Block] = []
+        self._blocks: list[Block] = []
         self._readings: list[tuple[int, float, int, int]] = []
         self._run = 0
 
     def rest(self, seconds: float) -> None:
         """Stand still."""
-        self._blocks.append(axis.Dwell(seconds=seconds))
+        self._blocks.append(Dwell(seconds=seconds))
 
     def move(self, target_mm: float) -> None:
         """Go somewhere at the plan's feed."""
-        self._blocks.append(axis.Move(target_mm=target_mm, feed_mm_s=self._feed_mm_s))
+        self._blocks.append(Move(target_mm=target_mm, feed_mm_s=self._feed_mm_s))
 
     def measure(self, stop_s: float | None = None) -> None:
         """Read at the targets forward and back; at the very first one the program stops for ``stop_s``."""
@@ -182,7 +182,7 @@ class _Program:
 
     def scheduled(self, limits: Limits, shape: ProfileShape) -> MeasuringRun:
         """Return motion and readings."""
-        return _schedule(plan(axis.Program(blocks=tuple(self._blocks)), limits, shape), self._readings)
+        return _schedule(plan(Program(blocks=tuple(self._blocks)), limits, shape), self._readings)
 
 
 def _schedule(motion: MotionSegments, readings: Sequence[tuple[int, float, int, int]]) -> MeasuringRun:
@@ -210,7 +210,7 @@ def straight_pass(
     >>> float(straight_pass([10.0, 0.0], 20.0, limits).x0_mm.max())
     10.0
     """
-    blocks: list[axis.Block] = [axis.Dwell(seconds=HOME_DWELL_S)]
+    blocks: list[Block] = [Dwell(seconds=HOME_DWELL_S)]
     for position in positions_mm:
-        blocks += [axis.Move(target_mm=position, feed_mm_s=feed_mm_s), axis.Dwell(seconds=dwell_s)]
-    return plan(axis.Program(blocks=tuple(blocks)), limits)
+        blocks += [Move(target_mm=position, feed_mm_s=feed_mm_s), Dwell(seconds=dwell_s)]
+    return plan(Program(blocks=tuple(blocks)), limits)

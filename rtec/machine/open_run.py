@@ -74,14 +74,17 @@ def simulate(
         arrays = None if tape is None else tape.arrays
         moves.run(state, 0, box, arrays)  # machine code is loaded before the clock starts
         wall_s = _run(state, moves, box, tape, progress)
-        # more than four clocks of the filter beyond its delay
-        settle_ps = path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
-        end_ps = moves.finish(state, settle_ps, box, None if tape is None else tape.arrays)
+        end_ps = moves.finish(state, settle_ps(path), box, None if tape is None else tape.arrays)
         if tape is not None:
             tape.flush(state.injector)
         if file is not None:
             file.finish(int(end_ps))
-    return _result(path, state, board, end_ps, wall_s)
+    return result_of_path(path, state, board, end_ps, wall_s)
+
+
+def settle_ps(path: OpenPath) -> int:
+    """Return how long a level takes into the count: more than four clocks of the filter beyond its delay."""
+    return path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
 
 
 def box_of(state: Record, board: Board | None) -> Any:
@@ -128,6 +131,10 @@ class MotionRun:
     def requests_left(self) -> int:
         """Return how many requests are still to be made."""
         return int(self.motion.requests_ps.size - self._at[ASKED])
+
+    def skip_requests(self) -> None:
+        """Make none of the requests: somebody else does."""
+        self._at[ASKED] = self.motion.requests_ps.size
 
     def run(self, state: Record, edges: int, box: Any, tape: Any) -> float:
         """Pass at most so many edges; return the share of the time that is over, 1 at the end."""
@@ -178,7 +185,8 @@ def _run(
     return time.perf_counter() - begun
 
 
-def _result(path: OpenPath, state: Record, board: Board | None, end_ps: int, wall_s: float) -> OpenPathResult:
+def result_of_path(path: OpenPath, state: Record, board: Board | None, end_ps: int, wall_s: float) -> OpenPathResult:
+    """Return what came out, by the records of encoder, box and controller at the end."""
     insertions = insertions_of(state.injector, None if board is None else board.state)
     received = result_of(state.receiver)
     encoder_counts = int(state.encoder.count)

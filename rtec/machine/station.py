@@ -100,6 +100,7 @@ class Station:
             if self._goes_home_ps is not None and self._now_ps >= self._goes_home_ps:
                 self._start_home()
             self._note_interruption()
+        self._axes.check()
         return sent
 
     @property
@@ -222,6 +223,12 @@ class Station:
     def settle(self) -> None:
         """Let what is under way come to its end, so that the counts can be compared."""
         self._axes.settle()
+
+    @property
+    def held_since_ps(self) -> int | None:
+        """Return since when the machine is held; None: it is not."""
+        held_ps = int(self._state.held_ps)
+        return None if held_ps == NEVER else held_ps
 
     @property
     def settled_view(self) -> StationView:

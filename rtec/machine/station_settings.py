@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rtec._jit import Record
 from rtec.axis.encoder import Encoder
@@ -11,13 +11,16 @@ from rtec.board import Microcontroller
 from rtec.checks import number_within, whole_within
 from rtec.controller import IllegalPolicy, Multiplication, ReceiverSettings
 from rtec.errors import ArgumentError
-from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
+from rtec.injector import BoxAlgorithm, Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.link._frame_kernels import MOST_AXES
 from rtec.machine.faults import Fault, check_waiting
 from rtec.machine.firmware_box import FirmwareBox, check_windows
 from rtec.requester.settings import HandshakeSettings
 from rtec.requester.setup import Setup
 from rtec.requester.supervision import SupervisionLimits
+
+InBox = BoxAlgorithm | Microcontroller
+"""What works in a box in the place of a design: an algorithm, or a processor that runs a program."""
 
 
 def _hold_edges() -> InjectorSettings:
@@ -42,6 +45,9 @@ class StationSettings:
     microcontroller: Microcontroller | None = None
     """A processor that runs the design's firmware in the box, behind its node on the bus; its times and windows are
     the firmware's own. None: the injector models it."""
+    algorithm: BoxAlgorithm | None = None
+    """Inserts in the place of the injector, which says how many counts a step has, and what its circuits do without
+    power; the node before it is the same."""
     encoder: Encoder = field(default_factory=Encoder)
     servo: Servo = field(default_factory=Servo)
     receiver: ReceiverSettings = field(default_factory=lambda: ReceiverSettings(policy=IllegalPolicy.FAULT))
@@ -68,6 +74,8 @@ class StationSettings:
             raise ArgumentError("multiplication", self.receiver.multiplication.value, "4 (x4) in a corrected machine")
         if self.microcontroller is not None:
             check_windows(self.handshake)
+            if self.algorithm is not None:
+                raise ArgumentError("algorithm", self.algorithm.name, "no microcontroller beside it")
 
     def firmware_box(self, start_ps: int = 0) -> FirmwareBox | None:
         """Return the box where it runs its firmware, switched on before ``start_ps``."""
@@ -76,6 +84,12 @@ class StationSettings:
         return FirmwareBox(
             self.injector, self.microcontroller, self.encoder, switch_on=self.switch_on, start_ps=start_ps
         )
+
+    def inserting_by(self, works: InBox) -> StationSettings:
+        """Return the axis with something else in its box, in the place of the design."""
+        if isinstance(works, Microcontroller):
+            return replace(self, microcontroller=works)
+        return replace(self, algorithm=works)
 
     @property
     def setup(self) -> Setup:
@@ -89,7 +103,8 @@ class StationSettings:
 
     def check_fault(self, fault: Fault) -> None:
         """Check that a fault can happen to this box."""
-        check_waiting(fault, self.injector.design, firmware=self.microcontroller is not None)
+        firmware = self.microcontroller is not None
+        check_waiting(fault, self.injector.design, firmware=firmware, own=self.algorithm is not None)
 
     def fill(self, state: Record) -> None:
         """Write the parameters into a kernel's state."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,13 +16,17 @@ from rtec.injector import _wave_kernels as columns
 from rtec.injector.waves import BoxWaves
 from rtec.machine._recorder_kernels import ROWS_AN_EDGE, STEPS_AN_EDGE
 from rtec.machine.open_path import OpenPath
-from rtec.signal import TIMESCALES_PS, VcdWriter, coarsest_timescale
+from rtec.signal import TIMESCALES_PS, VcdSignal, VcdWriter, coarsest_timescale
 from rtec.units import PS_PER_S
 
 _ROOM = 1 << 18
 
 NO_SINK = np.empty((0, columns.COLUMNS), np.int64), np.ones(1, np.int64)
 """A tape that is not read: where writing it costs little beside the rest, loops are compiled with one only."""
+
+
+Mark = tuple[str, int, int]
+"""What it is called, and from when to when it is there, ps."""
 
 
 class TraceSink(Protocol):
@@ -82,15 +87,29 @@ class WaveFile:
         Where to.
     initial
         Level codes of encoder and controller at the start.
+    marks
+        When something else is there: a signal for each, high meanwhile.
     """
 
     done = False
 
-    def __init__(self, path: OpenPath, file: Path, initial: tuple[int, int]) -> None:
-        self._waves = BoxWaves(initial, most_counts=most_counts(path), most_steps=abs(path.corrections))
-        timescale = timescale_of(path)
+    def __init__(self, path: OpenPath, file: Path, initial: tuple[int, int], marks: Sequence[Mark] = ()) -> None:
+        # a wrong request may ask for all that its word holds
+        more = path.injector.design.word_limit if marks else 0
+        self._waves = BoxWaves(
+            initial,
+            most_counts=most_counts(path) + more * path.injector.design.step_counts,
+            most_steps=abs(path.corrections) + more,
+        )
+        timescale = timescale_of(path) if not marks else "1 ps"
         self._unit_ps = TIMESCALES_PS[timescale]
-        self._writer = VcdWriter(file, signals=self._waves.signals, timescale=timescale)
+        first = len(self._waves.signals)
+        signals = [VcdSignal(scope="faults", name=name.replace("-", "_")) for name, _, _ in marks]
+        # ascending: time, index of the signal, value
+        self._marks = sorted(
+            (t_ps, first + k, value) for k, mark in enumerate(marks) for value, t_ps in ((1, mark[1]), (0, mark[2]))
+        )
+        self._writer = VcdWriter(file, signals=[*self._waves.signals, *signals], timescale=timescale)
 
     def __enter__(self) -> WaveFile:
         self._writer.__enter__()
@@ -101,10 +120,19 @@ class WaveFile:
 
     def show(self, rows: NDArray[np.int64]) -> None:
         """Write what the rows change."""
-        self._writer.write(*self._waves.changes(rows))
+        changes = self._waves.changes(rows)
+        due = [mark for mark in self._marks if mark[0] <= rows[-1, columns.TIME]]
+        if due:
+            self._marks = self._marks[len(due) :]
+            both = [np.concatenate(pair) for pair in zip(changes, np.array(due, np.int64).T, strict=True)]
+            order = np.argsort(both[0], kind="stable")
+            changes = both[0][order], both[1][order], both[2][order]
+        self._writer.write(*changes)
 
     def finish(self, end_ps: int) -> None:
         """Write the closing time, the next that the timescale has."""
+        left = np.array([mark for mark in self._marks if mark[0] < end_ps], np.int64).reshape(-1, 3).T
+        self._writer.write(*left)
         self._writer.finish(-(-end_ps // self._unit_ps) * self._unit_ps)
 
 

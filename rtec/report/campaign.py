@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rtec.io import write_text
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.report.appearance import printable
+from rtec.report.campaign_coverage import coverage_csv, coverage_values
+from rtec.report.campaign_rates import RATE_HEADS, THREAT_HEADS, between, rates, threat, totals
 from rtec.report.campaign_tally import Cell, Group, Tally, residual, tallied
 from rtec.report.drawn import Illustration, Plate, drawn
 from rtec.report.figures_campaign import campaign_figure, words_of, worst_of
+from rtec.report.figures_job import job_figure
+from rtec.report.figures_sobol import combinations, sobol_figure
 from rtec.report.folder import file_name
 from rtec.report.page_folder import write_page_folder
 from rtec.report.rendering import html_page
@@ -20,6 +25,7 @@ from rtec.verify.campaign.export import again_of, write_csv, write_junit
 from rtec.verify.campaign.job import FAILED, Parameters, Value
 from rtec.verify.campaign.run import Campaign, Counts
 from rtec.verify.campaign.store import Done, Store
+from rtec.verify.campaign.trace import Trace, trace_of
 
 JOBS = "jobs"
 """Folder of the jobs' pages, and the name of their tables."""
@@ -62,14 +68,21 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
         The page.
     """
     tally = tallied(campaign.plan, store, addresses)
-    report = _Report(campaign, tally, store, again)
+    traces = _traces(campaign, tally)
+    report = _Report(campaign, tally, store, again, traces.keys())
     plate = Plate("map", "Every combination", report.caption, lambda: campaign_figure(tally, report.link))
-    figures = drawn([plate])
+    figures = drawn([plate, *_sobol_plates(campaign)])
 
     def beside(new: Path) -> None:
         (new / JOBS).mkdir()
+        for address, trace in traces.items():
+            for figure in drawn([Plate(address, trace.title, "", partial(job_figure, trace))]):
+                (new / JOBS / f"{address}.svg").write_bytes(figure.svg)
+            trace.write_vcd(new / JOBS / f"{address}.vcd")
         for page, text in report.job_pages():
             write_text(new / page, text)
+        if campaign.coverage is not None:
+            write_text(new / "coverage.csv", coverage_csv(campaign.coverage))
         write_csv(new / f"{JOBS}.csv", lambda: store.records(addresses), again, campaign.plan)
         write_junit(new / f"{JOBS}.xml", lambda: store.records(addresses), again, campaign.plan)
 
@@ -84,8 +97,8 @@ def write_campaign(campaign: Campaign, store: Store, addresses: Sequence[str], f
 class _Report:
     """What the pages of a campaign say."""
 
-    def __init__(self, campaign: Campaign, tally: Tally, store: Store, again: str) -> None:
-        self.campaign, self.tally, self._store, self._again = campaign, tally, store, again
+    def __init__(self, campaign: Campaign, tally: Tally, store: Store, again: str, pictures: Collection[str]) -> None:
+        self.campaign, self.tally, self._store, self._again, self._pictures = campaign, tally, store, again, pictures
         rows = tally.rows.values
         self._pages = {
             row: f"{JOBS}/{k + 1:03d}-{file_name(words_of(row) or 'all')}.html" for k, row in enumerate(rows)
@@ -121,7 +134,10 @@ class _Report:
             for page in [self._pages[one.job.parameters[cells[0].name] if cells[0].name else None]]
         ]
         # ids in an inline drawing are those of the file, and links go from the page
-        drawing = "".join(figure.svg.decode() for figure in figures)
+        inline = {
+            figure.name: re.sub(r"^.*?(?=<svg)", "", figure.svg.decode(), flags=re.DOTALL).replace('"../', '"')
+            for figure in figures
+        }
         return {
             "title": printable(plan.name),
             "sentence": sentence(campaign),
@@ -132,9 +148,9 @@ class _Report:
                 (name, f"{one.low:g} to {one.high:g}, drawn ({one.draw}{', log' if one.log else ''})")
                 for name, one in plan.drawn.items()
             ],
-            "totals": _totals(campaign),
+            "totals": totals(campaign),
             "rate": _rate(campaign.counts),
-            "map": re.sub(r"^.*?(?=<svg)", "", drawing, flags=re.DOTALL).replace('"../', '"'),
+            "map": inline.get("map", ""),
             "map_caption": self.caption,
             "job_pages": [(words_of(row) or "all", page) for row, page in self._pages.items() if self._cells(row)],
             "pages": list(self._pages.values()),
@@ -145,21 +161,24 @@ class _Report:
             if plan.kind.proves
             else "This kind of jobs has no combinations that have to be proved.",
             "errors": [(one.address, one.error) for one in campaign.raised],
-            "threat_heads": ("threat", "faults", "defence", "who said so", "survived", "harm", "residual rate, 95 %"),
-            "threats": [_threat(group) for group in tally.threats],
-            "requirement_heads": ("requirement", *_RATE_HEADS),
-            "requirements": [(name, *_rates(counts)) for name, counts in tally.requirements.items()],
-            "rate_heads": (*campaign.by, *_RATE_HEADS),
-            "rates": [(*map(words_of, row), *_rates(counts)) for row, counts in campaign.rows.items()],
+            "threat_heads": THREAT_HEADS,
+            "threats": [threat(group) for group in tally.threats],
+            "requirement_heads": ("requirement", *RATE_HEADS),
+            "requirements": [(name, *rates(counts)) for name, counts in tally.requirements.items()],
+            "rate_heads": (*campaign.by, *RATE_HEADS),
+            "rates": [(*map(words_of, row), *rates(counts)) for row, counts in campaign.rows.items()],
+            "sobol": [
+                (figure.title, inline[figure.name], figure.caption) for figure in figures if figure.name != "map"
+            ],
             "sensitivity": [
                 (
                     ", ".join(words_of(value) for value in one.where.values()), one.of, one.parameter,
-                    f"{one.first:.2f}", _between(one.first_95), f"{one.total:.2f}", _between(one.total_95),
+                    f"{one.first:.2f}", between(one.first_95), f"{one.total:.2f}", between(one.total_95),
                 )
                 for one in campaign.sensitivity
             ],
             "definitions": DEFINITIONS,
-        }  # fmt: skip
+        } | coverage_values(campaign.coverage)  # fmt: skip
 
     def _facts(self) -> list[tuple[str, str]]:
         campaign, plan = self.campaign, self.campaign.plan
@@ -196,7 +215,8 @@ class _Report:
             ]
             if cells:
                 plan, title = printable(self.campaign.plan.name), words_of(row) or "all"
-                yield page, html_page("campaign_jobs.html.j2", (), plan=plan, title=title, cells=cells)
+                values = {"plan": plan, "title": title, "cells": cells, "traced": bool(self.campaign.plan.kind.trace)}
+                yield page, html_page("campaign_jobs.html.j2", (), **values)
 
     def _shown(self, cell: Cell) -> list[dict[str, object]]:
         failed, others = list[dict[str, object]](), list[dict[str, object]]()
@@ -215,35 +235,21 @@ class _Report:
             "result": result if outcome in (None, result) else f"{result}: {outcome}",
             "record": _record(done),
             "again": again_of(done, self._again),
+            "picture": done.address in self._pictures,
         }
 
 
-_RATE_HEADS = ("tried", "failed", "exempt", "no effect", "rate", "Wilson", "Clopper-Pearson", "outcomes")
+def _sobol_plates(campaign: Campaign) -> Iterator[Plate]:
+    """Yield the picture of the indices of each combination."""
+    caption = "Shares of the variance of each result, with bootstrap intervals of 95 %."
+    for k, (words, some) in enumerate(combinations(campaign.sensitivity).items()):
+        yield Plate(f"sobol-{k + 1}", words, caption, partial(sobol_figure, some))
 
 
-def _rates(counts: Counts) -> tuple[str, ...]:
-    tried, failed = counts.tried, counts.failed
-    outcomes = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common())
-    numbers = str(tried), str(failed), str(counts.exempt), str(counts.not_activated)
-    if not tried:
-        return *numbers, "–", "–", "–", outcomes
-    rate = f"{failed / tried:.2g}" if failed else f"below {never_seen(tried):.2g}"
-    return *numbers, rate, _between(wilson(failed, tried)), _between(clopper_pearson(failed, tried)), outcomes
-
-
-def _between(interval: tuple[float, float] | None) -> str:
-    return "–" if interval is None else f"{interval[0]:.2g} to {interval[1]:.2g}"
-
-
-def _threat(group: Group) -> tuple[str, ...]:
-    counts = group.counts
-    survived = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common() if name != "undetected")
-    return (
-        group.title, ", ".join(group.faults), group.defence,
-        ", ".join(f"{who} {count}" for who, count in group.told_by.most_common()),
-        survived, f"{counts.failed + counts.exempt}, {counts.exempt} of them exempt" if counts.exempt else
-        str(counts.failed), residual(counts),
-    )  # fmt: skip
+def _traces(campaign: Campaign, tally: Tally) -> dict[str, Trace]:
+    """Return what there is to see of the jobs that are worth a picture, by their addresses."""
+    found = {done.address: trace_of(campaign.plan.kind, done.job) for done in tally.shown}
+    return {address: trace for address, trace in found.items() if trace is not None}
 
 
 def _threat_document(group: Group) -> dict[str, object]:
@@ -268,27 +274,12 @@ def sentence(campaign: Campaign) -> str:
     return f"{'; '.join(against) or 'No job took effect'}."
 
 
-def _totals(campaign: Campaign) -> list[tuple[str, str, str, str]]:
-    counts = campaign.counts
-    done = counts.tried + counts.not_activated
-    outcomes = ", ".join(f"{name} {count}" for name, count in counts.outcomes.most_common())
-    lines = [
-        ("took effect", counts.tried, outcomes),
-        ("passed", counts.passed, "survived"),
-        ("failed", counts.failed, "not survived"),
-        ("exempt", counts.exempt, "not survived, beyond supervision"),
-        ("not activated", counts.not_activated, "proves nothing"),
-        ("no record", campaign.jobs - done, "to be run by the same command"),
-    ]
-    return [(name, str(number), f"{number / campaign.jobs:.1%}", words) for name, number, words in lines]
-
-
 def _rate(counts: Counts) -> str:
     tried, failed = counts.tried, counts.failed
     if not tried:
         return "Nothing took effect: there is no rate."
-    text = f"Rate of failures {failed / tried:.2g}; Wilson {_between(wilson(failed, tried))}, Clopper and Pearson "
-    text += f"{_between(clopper_pearson(failed, tried))}, both of 95 %"
+    text = f"Rate of failures {failed / tried:.2g}; Wilson {between(wilson(failed, tried))}, Clopper and Pearson "
+    text += f"{between(clopper_pearson(failed, tried))}, both of 95 %"
     return (
         f"{text}." if failed else f"{text}; none was seen in {tried}, so the rate is below {never_seen(tried):.2g}."
     )

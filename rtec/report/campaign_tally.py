@@ -7,15 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from rtec.rates import clopper_pearson, never_seen
-from rtec.verify.campaign.job import NOT_ACTIVATED, Choice, Parameters, Value
+from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Choice, Parameters, Value
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.run import Counts
-from rtec.verify.campaign.store import Store
+from rtec.verify.campaign.store import Done, Store
 from rtec.verify.safety.threats import Threat
 
 ALL: tuple[Value, ...] = (None,)
 """Values of an axis that a map does not have."""
 _FAULT, _SECOND, _NONE = "fault", "second", "none"
+_MOST_PICTURES = 8
+"""A second each."""
 _MOST_ACROSS = 40
 """Columns of all panels together; more panels are counted as one."""
 
@@ -62,6 +64,8 @@ class Tally:
     """Of a plan that injects faults, else empty."""
     requirements: dict[str, Counts]
     """By id, those of the plan."""
+    shown: list[Done]
+    """Jobs that are worth a picture: those that failed, those that are exempt, and one of each other outcome."""
 
 
 def tallied(plan: Plan, store: Store, addresses: Sequence[str]) -> Tally:
@@ -79,10 +83,12 @@ def tallied(plan: Plan, store: Store, addresses: Sequence[str]) -> Tally:
     groups = _groups(plan)
     of_fault = {fault: group for group in groups for fault in group.faults}
     requirements = {one.id: Counts() for one in plan.requirements}
+    shown: dict[str, list[Done]] = {FAILED: [], EXEMPT: []}
     for address, job in zip(addresses, plan.jobs(), strict=True):
         cells.setdefault(_place(job.parameters, rows, columns, panels), Cell()).addresses.append(address)
     for done in store.records(addresses):
         parameters = done.job.parameters
+        _show(shown, done)
         cells[_place(parameters, rows, columns, panels)].counts.take(done)
         for name in plan.requirement_ids(parameters):
             requirements[name].take(done)
@@ -94,8 +100,18 @@ def tallied(plan: Plan, store: Store, addresses: Sequence[str]) -> Tally:
                 group.told_by[str(reason)] += 1
     return Tally(
         rows=rows, columns=columns, panels=panels, cells=cells, requirements=requirements,
+        shown=[done for some in shown.values() for done in some][:_MOST_PICTURES],
         threats=[group for group in groups if group.counts.tried + group.counts.not_activated],
     )  # fmt: skip
+
+
+def _show(shown: dict[str, list[Done]], done: Done) -> None:
+    """Keep a job that is worth a picture, by its result; of those that passed one of each outcome."""
+    result = str(done.record["result"])
+    if result in shown and len(shown[result]) < _MOST_PICTURES:
+        shown[result].append(done)
+    elif result == PASSED:
+        shown.setdefault(str(done.record.get("outcome", result)), [done])
 
 
 def axes_of(plan: Plan) -> tuple[Axis, Axis, Axis]:

@@ -32,7 +32,7 @@ def insertion_figure(verdict: FirmwareVerdict) -> Figure:
     trace = verdict.trace
     if trace is None:
         raise ValueError("a verdict without a trace has no figure")
-    view = View(trace.from_ps, trace.to_ps, trace.zero_ps)
+    view = View(trace.from_ps, trace.to_ps, trace.zero_ps, "us")
     groups = _groups(trace, verdict.design)
     look = look_of(verdict.design.value)
     figure = new_figure(0.36 * height_of(groups) + 1.7)

@@ -40,7 +40,7 @@ def waveform_figure(result: StudyResult, scale: Scale) -> Figure | None:
 def _panel(axes: Axes, waveform: Waveform) -> None:
     look = look_of(waveform.name)
     start_ps, stop_ps, zero_ps = _shown_ps(waveform)
-    view = View(start_ps, stop_ps, zero_ps)
+    view = View(start_ps, stop_ps, zero_ps, "us")
     sides = {"encoder": side_rows(waveform.encoder, ""), "controller": side_rows(waveform.controller, "′")}
     for rows in sides.values():
         del rows["count"]

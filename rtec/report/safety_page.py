@@ -9,6 +9,7 @@ from statistics import median
 
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
+from rtec.machine.fault_kinds import LATCH_STUCK
 from rtec.machine.faults import FaultKind
 from rtec.report.rendering import csv_text, markdown_page
 from rtec.verify.safety.case import LIMIT_MM, SafetyCase, detection_of
@@ -67,7 +68,10 @@ def safety_page(case: SafetyCase, *, command: str, picture: str, table: str) -> 
     stopped = [
         trial
         for trial in fired
-        if trial.outcome is Outcome.SAFE_STOP and not trial.variant.upstream and not trial.design.in_path
+        if trial.outcome is Outcome.SAFE_STOP
+        and not trial.variant.upstream
+        and not trial.design.in_path
+        and trial.variant.kind is not LATCH_STUCK
     ]
     elsewhere = [trial for trial in undetected if not trial.variant.upstream]
     return markdown_page(

@@ -47,6 +47,11 @@ def show(campaign: Campaign, again: str) -> None:
     )
     if total.tried:
         console.print(_rate(total), soft_wrap=True)
+    if campaign.coverage is not None:
+        named = (
+            f"of {' x '.join(campaign.coverage.dimensions)}: {campaign.coverage.hit} of {campaign.coverage.possible}"
+        )
+        console.print(f"Coverage {named} took effect; -o and --json name the others.", soft_wrap=True)
     for line in _sensitivity(campaign):
         console.print(line, soft_wrap=True)
     if total.exempt:

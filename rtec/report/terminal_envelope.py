@@ -48,7 +48,7 @@ def show(rows: Sequence[EnvelopeRow]) -> None:
 def _more(row: EnvelopeRow) -> str:
     """Return what stands in the data sheet of a row, and how fast its steady motion may become faster."""
     said = [value if name == "frequency" else f"{name}: {value}" for name, value in row.speeds.data_sheet()]
-    ramp = None if row.gate is None else row.gate.max_acceleration_counts_s2
+    ramp = row.max_acceleration_counts_s2
     if ramp is not None:
         said.append(f"from steady motion: {ramp * 1e-6:.3g} m/s² at counts of 1 um")
     return "; ".join(said)

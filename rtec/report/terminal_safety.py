@@ -42,10 +42,20 @@ _TOLD_ONE_BY_ONE = 24
 """Runs up to which each is told on a line of its own."""
 
 
-def show(case: SafetyCase) -> None:
-    """Print the table fault by phase, what was found, the soak, and why the case is not good where it is not."""
+def show(case: SafetyCase, own: Sequence[str] = ()) -> None:
+    """Print the table fault by phase, what was found, the soak, and why the case is not good where it is not.
+
+    Parameters
+    ----------
+    case
+        What the runs show.
+    own
+        Options of the command that name an algorithm of the user's.
+    """
     matrix = case.matrix
     console = Console(highlight=False)
+    if matrix.plan.algorithm is not None:
+        console.print(f"{matrix.plan.algorithm.name}, in the place of:", soft_wrap=True)
     for title, designs in matrix.plan.groups:
         console.print(_table(matrix, title, designs))
     heads = ", ".join(f"{_HEADS[phase]} = {phase.value}" for phase in matrix.plan.phases)
@@ -70,7 +80,7 @@ def show(case: SafetyCase) -> None:
     told = case.matrix.avoidable or fired
     if told:
         worst = max(told, key=lambda trial: trial.outcome.harm)
-        console.print(f"play it again: {_again(worst, matrix.plan.seed)}", soft_wrap=True)
+        console.print(f"play it again: {_again(worst, matrix.plan.seed, own)}", soft_wrap=True)
 
 
 def _table(matrix: Matrix, title: str, designs: Sequence[Design]) -> Table:
@@ -104,8 +114,8 @@ def _told(trial: Trial) -> str:
     return f"{run}: {ended}"
 
 
-def _again(trial: Trial, seed: int) -> str:
-    words = ["rtec", "safety", "--fault", trial.variant.name, "--phase", hyphened(trial.phase.value)]
+def _again(trial: Trial, seed: int, own: Sequence[str]) -> str:
+    words = ["rtec", "safety", *own, "--fault", trial.variant.name, "--phase", hyphened(trial.phase.value)]
     words += ["--design", trial.design.value, "--first", str(trial.seed), "--seeds", "1"]
     return shlex.join(words + ([] if seed == 1 else ["--seed", str(seed)]))
 

@@ -8,6 +8,7 @@ from rich.table import Table
 from rtec.axis.motion import MotionKind
 from rtec.injector import RealEdges, Timing
 from rtec.machine import OpenPath, OpenPathResult
+from rtec.machine.open_fault_outcome import DETECTED, MASKED, FaultOutcome
 from rtec.readable import hertz_text, time_text
 
 EDGES = {RealEdges.HOLD: "held back", RealEdges.MERGE: "merged"}
@@ -57,6 +58,26 @@ def show(path: OpenPath, result: OpenPathResult) -> None:
     console = Console(highlight=False, soft_wrap=False)
     console.print(table)
     console.print(verdict(path, result), style="green" if result.good else "bold red", soft_wrap=True)
+
+
+def show_outcome(outcome: FaultOutcome) -> None:
+    """Print what the faults of a run have done, whether anybody noticed, and the class of the outcome."""
+    table = Table("fault", "from", "took effect", "changes", title="faults")
+    for effect in outcome.effects:
+        row = effect.to_dict()
+        end = "" if effect.fault.until_ps is None else f" to {time_text(effect.fault.until_ps)}"
+        took = "not activated" if effect.activated_ps is None else f"at {time_text(effect.activated_ps)}"
+        table.add_row(str(row["fault"]), f"{time_text(effect.fault.from_ps)}{end}", took, grouped(effect.changes))
+    console = Console(highlight=False, soft_wrap=False)
+    console.print(table)
+    by = ", ".join(outcome.noticed) or "nobody"
+    said = f"{outcome.word}: the controller is off by {outcome.off_counts:+d} counts, noticed by {by}"
+    if not outcome.activated:
+        said = f"{outcome.word}: the run proves nothing about a fault that took no effect"
+    style = {MASKED: "green", DETECTED: "yellow"}.get(outcome.word, "bold red")
+    console.print(said, style=style, soft_wrap=True)
+    if not outcome.good_without:
+        console.print("Without the faults the run fails, too.", soft_wrap=True)
 
 
 def _motion_rows(path: OpenPath, result: OpenPathResult) -> list[tuple[str, str]]:

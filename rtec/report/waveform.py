@@ -42,8 +42,8 @@ Rows = dict[str, Steps]
 """By the name at the left, from top to bottom."""
 Groups = dict[str, Rows]
 """By a name that stands upright beside the rows."""
-_NUMBERS = ("state", "count", "requested", "completed")
-"""Rows that are no levels."""
+_NUMBERS = ("state", "count", "requested", "completed", "asked")
+"""Rows that are no levels; rows of words are none, either."""
 
 
 def waveform(
@@ -98,24 +98,51 @@ def waveform(
     if start_ps >= stop_ps:
         raise ArgumentError("window_ps", f"{start_ps} to {stop_ps} ps", "an end after the begin")
     view = View(start_ps, stop_ps)
-    groups: Groups = {
-        "encoder": side_rows(encoder, ""),
-        "controller": side_rows(controller, "′"),
-        "steps": {"requested": _of_totals(requested), "completed": _of_totals(completed)},
-    }
-    height = height_of(groups)
-    figure = new_figure(_ROW_INCH * height + _FRAME_INCH)
+    below: Groups = {"steps": {"requested": steps_of(requested), "completed": steps_of(completed)}}
+    groups = sides_of(encoder, controller) | below
+    figure = new_figure(inches_of(groups))
     axes = figure.add_subplot()
-    low, high = draw_groups(axes, view, groups)["controller"]
-    axes.set_ylim(-0.3, height + 0.05 + _WORD * len(marks))
-    booked_ps = completed.times_ps[completed.times_ps <= start_ps].max(initial=0)
-    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=int(booked_ps)):
-        shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
+    draw_sides(axes, view, groups, (encoder, controller, completed), marks=marks)
+    axes.set_title(title, fontweight="bold", pad=8)
+    return figure
+
+
+def sides_of(encoder: EdgeStream, controller: EdgeStream) -> Groups:
+    """Return the rows of both sides of a box."""
+    return {"encoder": side_rows(encoder, ""), "controller": side_rows(controller, "′")}
+
+
+def inches_of(groups: Groups) -> float:
+    """Return the height of a drawing of groups."""
+    return _ROW_INCH * height_of(groups) + _FRAME_INCH
+
+
+def draw_marked(
+    axes: Axes, view: View, groups: Groups, marks: Sequence[tuple[int, str]]
+) -> dict[str, tuple[float, float]]:
+    """Draw groups as `draw_groups` does, and point at moments."""
+    bands = draw_groups(axes, view, groups)
+    axes.set_ylim(-0.3, height_of(groups) + 0.05 + _WORD * len(marks))
     for index, (t_ps, word) in enumerate(marks):
         _mark(axes, view, t_ps, word, index)
     axes.set_xlabel(view.label)
-    axes.set_title(title, fontweight="bold", pad=8)
-    return figure
+    return bands
+
+
+def draw_sides(
+    axes: Axes,
+    view: View,
+    groups: Groups,
+    box: tuple[EdgeStream, EdgeStream, Totals],
+    *,
+    marks: Sequence[tuple[int, str]] = (),
+) -> None:
+    """Draw groups, `sides_of` among them, and shade the insertions of ``box``: both sides, and completed totals."""
+    low, high = draw_marked(axes, view, groups, marks)["controller"]
+    encoder, controller, completed = box
+    booked_ps = completed.times_ps[completed.times_ps <= view.start_ps].max(initial=0)
+    for begin_ps, end_ps in insertions(encoder, controller, completed, from_ps=int(booked_ps)):
+        shade(axes, view, begin_ps, end_ps, low - 0.2, high - 0.15)
 
 
 def height_of(groups: Groups) -> float:
@@ -147,7 +174,7 @@ def draw_groups(
         begin = top
         for name, steps in rows.items():
             top -= 1.0
-            if name in _NUMBERS:
+            if name in _NUMBERS or steps[1].dtype.kind == "U":
                 _draw_numbers(axes, view, steps, top)
             else:
                 _draw_line(axes, view, steps, top, colours.get(group, INK))
@@ -168,13 +195,13 @@ def draw_groups(
 class View:
     """The window, its unit of time, and where time counts from.
 
-    Where ``zero_ps`` is given, time counts from there and in µs; else the width of the window chooses the unit.
+    Where ``zero_ps`` is given, time counts from there. The width of the window chooses the unit that is not given.
     """
 
-    def __init__(self, start_ps: int, stop_ps: int, zero_ps: int | None = None) -> None:
+    def __init__(self, start_ps: int, stop_ps: int, zero_ps: int | None = None, unit: str = "") -> None:
         self.start_ps, self.stop_ps = start_ps, stop_ps
         width_ps = stop_ps - start_ps
-        unit = next(unit for unit, size in PS_PER.items() if width_ps >= size) if zero_ps is None else "us"
+        unit = unit or next(unit for unit, size in PS_PER.items() if width_ps >= size)
         self._zero_ps, self._unit_ps = zero_ps or 0, PS_PER[unit]
         self.label = f"time ({symbol(unit)})"
         if zero_ps is None and stop_ps > _MOST_AWAY * width_ps:  # ticks would differ in their last digits only
@@ -208,7 +235,8 @@ def side_rows(stream: EdgeStream, prime: str) -> Rows:
     return {name: (stream.times_ps, values) for name, values in rows.items()}
 
 
-def _of_totals(totals: Totals) -> Steps:
+def steps_of(totals: Totals) -> Steps:
+    """Return a total as a row."""
     return totals.times_ps, np.concatenate([[0], totals.totals])
 
 

@@ -13,6 +13,7 @@ from importlib import import_module
 import numpy as np
 from numpy.typing import NDArray
 
+from rtec.heat.course import HeatCourse
 from rtec.injector import Design
 from rtec.jobs import Progress, Report, Workers
 from rtec.machine import Ending, LoopResult, Machine, MeasuringRun, measuring_run, readings_of, run_machine
@@ -203,8 +204,10 @@ def _fine_grid(study: Study) -> NDArray[np.float64]:
     return np.linspace(start, end, min(max(round((end - start) / spacing), 1), 100_000) + 1)
 
 
-def measured_row(study: Study, design: Design) -> StudyRow:
+def measured_row(study: Study, design: Design, heat: HeatCourse) -> StudyRow:
     """Measure one row of a study alone: the axis as a design corrects it, by the model that the study holds.
+
+    ``heat`` is what happens to the machine meanwhile.
 
     Raises
     ------
@@ -212,7 +215,7 @@ def measured_row(study: Study, design: Design) -> StudyRow:
         A program that the axis or the laser cannot carry out.
     """
     task = measuring_run(study.plan, study.limits, shape=study.shape)
-    machine = _troubled(study, _with_box(study, design))
+    machine = _troubled(study, replace(_with_box(study, design), heat=heat))
     return _row(study.period_mm, design.value, machine, task, _noise(study, task), lambda share: None)
 
 

@@ -64,6 +64,7 @@ def test_a_file_has_one_noise_floor(game):
     assert not list(holds.floors(data, result))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("telling", holds.TELLINGS)
 @each_game
 def test_the_way_in_which_a_measurement_is_told_changes_nothing(game, telling, tmp_path):

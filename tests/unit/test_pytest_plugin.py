@@ -1,8 +1,10 @@
 """The fixtures for users' tests, run as a user runs them; the page that explains them is run word by word."""
 
+import csv
 import re
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -135,6 +137,49 @@ def test_a_fault_without_effect_fails_the_test(user):
     result.assert_outcomes(failed=2, passed=2)
     result.stdout.fnmatch_lines(["armed, but without effect: frame lost at 0.1 s, bus 0.*", "*mine*"])
     assert "Traceback" not in result.stdout.str()
+
+
+def test_each_test_with_faults_is_a_record_as_of_a_campaign(user):
+    user.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.rtec(design="c", requirement="SR-7")
+        def test_power(rtec_box, rtec_bus, rtec_faults, rtec_record):
+            rtec_faults.arm("power lost", at_s=0.1, seed=5)
+            rtec_bus.clock.sleep(0.3)
+            assert rtec_box.held
+            rtec_record["phase"] = "start-up"
+
+        def test_nothing_sent(rtec_bus, rtec_faults):
+            rtec_faults.arm("frame lost", place=0, at_s=0.1, must_fire=False)
+            rtec_bus.clock.sleep(0.2)
+
+        def test_wrong(rtec_bus, rtec_faults):
+            rtec_faults.arm("frame lost", place=1, at_s=0.1)
+            rtec_faults.arm("box_restarted", at_s=0.15)
+            rtec_bus.clock.sleep(0.2)
+            assert False
+
+        def test_without_faults(rtec_box): ...
+        """
+    )
+    run(user, "--rtec-csv", "trials.csv", "--junitxml", "trials.xml").assert_outcomes(passed=3, failed=1)
+    with (user.path / "trials.csv").open(newline="") as file:
+        power, nothing, wrong = csv.DictReader(file)
+    assert [row["result"] for row in (power, nothing, wrong)] == ["passed", "not activated", "failed"]
+    assert (power["fault"], power["phase"], power["design"], power["requirement"]) == (
+        "power lost", "start-up", "c", "SR-7"
+    )  # fmt: skip
+    assert (power["moment_ps"], power["activated_ps"], power["seed"]) == (str(PS_PER_S // 10),) * 2 + ("5",)
+    assert (power["stopped_by"], float(power["detected_s"]) < 0.01) == ("box", True)
+    assert power["encoder_counts"] == power["controller_counts"] == "0"
+    assert (wrong["second"], wrong["second_fired"]) == ("box restarted", "1")
+    assert power["again"].endswith("::test_power") and power["version"].startswith("rtec ")
+    suite = ET.parse(user.path / "trials.xml").getroot()[0]  # noqa: S314 - our own
+    cases = [{one.get("name"): one.get("value") for one in case.iter("property")} for case in suite.iter("testcase")]
+    assert [case.get("fault") for case in cases] == ["power lost", "frame lost", "frame lost", None]
+    assert set(cases[0]) == {name for name, value in power.items() if value}
 
 
 def test_options_come_from_markers_and_parameters(user):

@@ -6,16 +6,17 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing import active_children, get_context
 from typing import Protocol
 
 from rtec.errors import RtecError
 from rtec.verify.campaign.code import code_of
 from rtec.verify.campaign.job import Job
+from rtec.verify.campaign.own_files import Texts, offer
 from rtec.verify.campaign.store import Done
 
 _AHEAD = 2
@@ -34,10 +35,12 @@ class Batch:
     """That has to carry them out."""
     jobs: Sequence[tuple[str, Job]]
     """Each with its address."""
+    texts: Mapping[str, Texts] = field(default_factory=dict)
+    """Algorithms of the user's that they name (`rtec.verify.campaign.own_files`)."""
 
     def alone(self) -> list[Batch]:
         """Return a batch for each of the jobs."""
-        return [Batch(self.code, [one]) for one in self.jobs]
+        return [Batch(self.code, [one], self.texts) for one in self.jobs]
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,7 @@ def carry_out(batch: Batch) -> Carried:
     """
     worker, begun = f"{socket.gethostname()}:{os.getpid()}", time.perf_counter()
     done, raised = [], []
+    offer(batch.texts)
     for address, job in batch.jobs:
         here = code_of(job.function)
         if here != batch.code:

@@ -7,12 +7,13 @@ import html
 import io
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rtec.errors import RtecError
 from rtec.io import write_lines
+from rtec.verify.campaign.code import code_of
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, Value
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.store import Done
@@ -31,6 +32,8 @@ def _row(done: Done, again: str, plan: Plan) -> dict[str, Value]:
     """Return a record with all that is needed to repeat its job."""
     return {
         "job": done.address,
+        "plan": plan.name,
+        "version": code_of(done.job.function),
         "requirement": " ".join(plan.requirement_ids(done.job.parameters)),
         **done.job.parameters,
         "seed": done.job.seed,
@@ -40,10 +43,6 @@ def _row(done: Done, again: str, plan: Plan) -> dict[str, Value]:
         "worker": done.worker,
         "again": again_of(done, again),
     }
-
-
-def _columns(records: Records, plan: Plan) -> list[str]:
-    return list(dict.fromkeys(name for done in records() for name in _row(done, "", plan)))
 
 
 def write_csv(file: Path, records: Records, again: str, plan: Plan) -> None:
@@ -65,16 +64,34 @@ def write_csv(file: Path, records: Records, again: str, plan: Plan) -> None:
     OutputError
         It cannot be written.
     """
+    write_rows(file, lambda: (_row(done, again, plan) for done in records()))
+
+
+def write_rows(file: Path, rows: Callable[[], Iterator[Mapping[str, object]]]) -> None:
+    """Write rows that need not have the same columns as CSV, with all columns of any of them.
+
+    Parameters
+    ----------
+    file
+        One that exists is replaced once the new one is complete.
+    rows
+        Gives the rows, twice.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
     text = io.StringIO()
-    writer = csv.DictWriter(text, _columns(records, plan), lineterminator="")
+    writer = csv.DictWriter(text, list(dict.fromkeys(name for row in rows() for name in row)), lineterminator="")
 
     def lines() -> Iterator[str]:
         writer.writeheader()
-        for done in records():
+        for row in rows():
             yield text.getvalue()
             text.seek(0)
             text.truncate()
-            writer.writerow(_row(done, again, plan))
+            writer.writerow(row)
         yield text.getvalue()
 
     write_lines(file, lines())
@@ -150,6 +167,6 @@ def write_parquet(file: Path, records: Records, again: str, plan: Plan) -> None:
         import pyarrow.parquet as pq  # noqa: PLC0415 - the same
     except ImportError as error:
         raise RtecError("--parquet needs pyarrow; python -m pip install 'rtec[parquet]' brings it") from error
-    columns = _columns(records, plan)
     rows: Sequence[dict[str, Any]] = [_row(done, again, plan) for done in records()]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
     pq.write_table(pa.Table.from_pylist([{name: row.get(name) for name in columns} for row in rows]), file)

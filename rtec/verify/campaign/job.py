@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -13,6 +15,7 @@ from typing import Any
 from rtec.checks import number_within
 from rtec.errors import ArgumentError, meant, unknown
 from rtec.units import parse_in
+from rtec.verify.campaign.own_files import OwnFile
 
 Value = int | float | str | None
 Parameters = Mapping[str, Value]
@@ -28,6 +31,7 @@ _LISTED = 12
 JOB_KINDS = {
     "fault": "rtec.verify.safety.jobs:FAULT",
     "episode": "rtec.verify.safety.jobs:EPISODE",
+    "open-fault": "rtec.verify.safety.open_jobs:OPEN_FAULT",
     "envelope": "rtec.verify.envelope.jobs:ENVELOPE",
     "motion": "rtec.verify.contract.jobs:MOTION",
     "game": "rtec.blind.jobs:GAME",
@@ -37,7 +41,8 @@ JOB_KINDS = {
 
 
 @cache
-def _at(place: str) -> Any:
+def named_at(place: str) -> Any:
+    """Return what ``package.module:name`` names."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
@@ -68,8 +73,9 @@ class Job:
 
     def carry_out(self) -> Record:
         """Carry it out."""
-        function: Callable[[Parameters, int, int], Record] = _at(self.function)
-        return function(self.parameters, self.seed, self.run)
+        function: Callable[[Parameters, int, int], Record] = named_at(self.function)
+        with redirect_stdout(sys.stderr):  # what a user's algorithm prints is no result
+            return function(self.parameters, self.seed, self.run)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,7 +194,7 @@ class Number:
         return number_within(where, given, self.low, self.high)
 
 
-Parameter = Choice | Number
+Parameter = Choice | Number | OwnFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -202,10 +208,17 @@ class JobKind:
     parameters: tuple[Parameter, ...]
     by: tuple[str, ...]
     """Parameters by which the records are counted where a plan does not say."""
+    trace: str = ""
+    """``package.module:name`` of what returns a job's `rtec.verify.campaign.trace.Trace`, called as its function is;
+    empty where there are no lines to be seen."""
     proves: tuple[str, ...] = ()
     """For each combination of these at least one job has to be activated, or there is a hole in the evidence."""
     impossible: Callable[[Parameters], str | None] = lambda parameters: None
     """Returns why a job with these parameters cannot prove anything; None: it can."""
+    observed: tuple[Choice, ...] = ()
+    """Words of the record that count as dimensions of the coverage, beside the parameters."""
+    unreachable: Callable[[Parameters], str | None] = lambda parameters: None
+    """Returns why no job takes effect with these parameters and observed words; None: one can."""
 
     def parameter(self, key: str) -> Parameter | None:
         """Return the parameter that a plan's key or a job's name stands for."""
@@ -224,7 +237,7 @@ def job_kind(word: str, where: str) -> JobKind:
     if ":" not in place:
         raise unknown(where, word[:60], JOB_KINDS, noun="kind of job")
     try:
-        kind = _at(place)
+        kind = named_at(place)
     except (ImportError, AttributeError, ValueError) as error:
         raise ArgumentError(where, repr(word[:60]), "package.module:NAME of a JobKind", str(error)) from error
     if not isinstance(kind, JobKind):

@@ -16,13 +16,13 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError, FileFormatError, meant, unknown
 from rtec.io import Section, parse_toml, read_text
 from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
+from rtec.verify.campaign.own_files import OwnFile
 
-BUILT_IN = ("safety", "pairs", "soak", "envelope", "motions", "blind", "sensitivity")
+BUILT_IN = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
 """Plans that come with rtec, each a file of this folder."""
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
 _MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
-_FOLDER = Path(__file__).parent
 _TOP = ("about", "job", "seed", "runs", "by", "requirement", "try", "only")
 _RANGE = ("from", "to", "points", "spacing", "draw")
 _ID = re.compile(r"[^\s,]{1,60}")
@@ -225,7 +225,7 @@ class Plan:
         found: list[tuple[Parameter, Sequence[Value]]] = []
         for one in places:
             tried = self.grid.get(one.name, ())
-            if isinstance(one, Choice):
+            if not isinstance(one, Number):
                 meant_here: Sequence[Value] = one.meant(text if named else word)
             else:
                 meant_here = one.read(_plain(text), f"--only {key}")
@@ -264,11 +264,10 @@ def plan_text(word: str) -> tuple[str, str]:
         A file that cannot be read.
     """
     if word in BUILT_IN:
-        return word, (_FOLDER / f"{word}.toml").read_text(encoding="utf-8")
+        return word, (Path(__file__).parent / f"{word}.toml").read_text(encoding="utf-8")
     if not word.endswith(".toml"):
-        raise ArgumentError(
-            "plan", repr(word[:60]), f"a FILE.toml, or one of {', '.join(BUILT_IN)}", meant(word, BUILT_IN)
-        )
+        allowed = f"a FILE.toml, or one of {', '.join(BUILT_IN)}"
+        raise ArgumentError("plan", repr(word[:60]), allowed, meant(word, BUILT_IN))
     return Path(word).stem, read_text(word, "a plan in TOML")
 
 
@@ -305,6 +304,8 @@ def read_plan(word: str) -> Plan:
             drawn[one.name] = _drawn(tried, one, given)
         else:
             grid[one.name] = one.usual if given is None else _values(tried, one, given)
+        if isinstance(one, OwnFile) and grid[one.name] != one.usual:
+            one.check_beside(tried.has(one.beside), tried.where(one.key))
     rules = top.raw("only")
     if not isinstance(rules, list):
         raise FileFormatError(path, None, "only is no list of tables", "[[only]]")
@@ -326,7 +327,8 @@ def _values(tried: Section, one: Parameter, given: object) -> tuple[Value, ...]:
             raise ArgumentError(where, "a table", "words: they have no range")
         return _points(tried, one, given)
     every = given if isinstance(given, list) else [given]
-    found = dict.fromkeys(value for each in every for value in one.read(each, where))
+    folder = (Path(tried.path).parent,) if isinstance(one, OwnFile) else ()
+    found = dict.fromkeys(value for each in every for value in one.read(each, where, *folder))
     if not found:
         raise ArgumentError(where, "an empty list", "at least one value")
     return tuple(found)

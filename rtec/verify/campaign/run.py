@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 
 from rtec.rates import clopper_pearson, never_seen, wilson
 from rtec.verify.campaign.code import code_of
+from rtec.verify.campaign.coverage import Coverage
 from rtec.verify.campaign.executors import Batch, Carried, Executor, Raised
 from rtec.verify.campaign.job import EXEMPT, FAILED, NOT_ACTIVATED, PASSED, Job, Value
+from rtec.verify.campaign.own_files import texts_of
 from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.sensitivity import SobolIndex, sensitivity
 from rtec.verify.campaign.store import Done, Store
@@ -87,6 +89,8 @@ class Campaign:
     """That all jobs took together, whenever they were run."""
     sensitivity: tuple[SobolIndex, ...] = ()
     """Where the plan draws for them."""
+    coverage: Coverage | None = None
+    """Of jobs that observe something."""
 
     @property
     def by(self) -> list[str]:
@@ -120,6 +124,7 @@ class Campaign:
             ],
             "total": counts.to_dict(),
             "sensitivity": [index.to_dict() for index in self.sensitivity],
+            "coverage": None if self.coverage is None else self.coverage.to_dict(),
             "holes": [dict(hole) for hole in self.holes],
             "failing": [
                 {
@@ -168,7 +173,8 @@ class _Pending:
         some = [(address, job) for address, job in jobs if address not in known]
         self.left -= len(some)
         if some:
-            yield Batch(self._code, some)
+            values = (value for _, job in some for value in job.parameters.values())
+            yield Batch(self._code, some, texts_of(values))
 
 
 def addresses_of(plan: Plan) -> list[str]:
@@ -232,9 +238,12 @@ def counted(plan: Plan, code: str, store: Store, addresses: list[str], raised: l
     names = [one.name for key in plan.by if (one := plan.kind.parameter(key)) is not None]
     counts, rows, failing, seconds = Counts(), dict[tuple[Value, ...], Counts](), list[Done](), 0.0
     proved: dict[tuple[Value, ...], bool] = {}
+    coverage = Coverage(plan) if plan.kind.observed else None
     for done in store.records(addresses):
         parameters = done.job.parameters
         counts.take(done)
+        if coverage is not None:
+            coverage.take(done)
         rows.setdefault(tuple(parameters[name] for name in names), Counts()).take(done)
         to_prove = tuple(parameters[name] for name in plan.kind.proves)
         proved[to_prove] = proved.get(to_prove, False) or done.record["result"] != NOT_ACTIVATED
@@ -244,7 +253,7 @@ def counted(plan: Plan, code: str, store: Store, addresses: list[str], raised: l
     holes = [dict(zip(plan.kind.proves, values, strict=True)) for values, some in proved.items() if not some]
     return Campaign(
         plan=plan, code=code, jobs=len(addresses), counts=counts, rows=rows, holes=tuple(holes),
-        failing=tuple(failing), raised=tuple(raised), seconds=seconds,
+        failing=tuple(failing), raised=tuple(raised), seconds=seconds, coverage=coverage,
         sensitivity=tuple(sensitivity(plan, store.records(addresses))) if plan.sobol else (),
     )  # fmt: skip
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import inspect
+import json
 import mmap
 import os
 import struct
@@ -187,7 +188,7 @@ class Player:
             except BaseException as error:  # whatever a user's code raises; a KeyboardInterrupt here is its own
                 if self.compiled is not None and not plainly:
                     return self.play(stimulus, plainly=True)  # which knows the line
-                return self._broken(int(self.watched[2]), _where(error, self.kind))
+                return self._broken(int(self.watched[2]), where_raised(error, Path(inspect.getfile(self.kind))))
             made, booked, no, first, how, t_ps, value = (int(number) for number in ended)
             if how != FULL:
                 break
@@ -215,11 +216,12 @@ class Player:
         return none, none.astype(np.uint8), none, none, none, none, 0, t_ps, reason
 
 
-def _where(error: BaseException, kind: Any) -> str:
-    """Return what a user's code raised, with file and line."""
-    file = inspect.getfile(kind)
-    rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == file]
-    place = f" in {Path(file).name}, line {rows[-1].lineno}" if rows else ""
+def where_raised(error: BaseException, file: Path) -> str:
+    """Return what a user's code raised, with file and line, or did otherwise."""
+    if isinstance(error, Faulty):
+        return str(error)
+    rows = [row for row in traceback.extract_tb(error.__traceback__) if row.filename == str(file)]
+    place = f" in {file.name}, line {rows[-1].lineno}" if rows else ""
     said = " ".join(str(error).split())[:160]
     return f"step raised {type(error).__name__}{f': {said}' if said else ''}{place}"
 
@@ -279,9 +281,9 @@ def main(file: str, name: str, link_to: int, watched_by: int) -> None:
         player = Player(load(Path(file), name), watched)
         note = player.compile()
     except ImportError as error:
-        _say(link, str(error), "")
+        link.send_bytes(json.dumps([str(error), []]).encode())
         return
-    _say(link, "", "\n".join(player.reasons))
+    link.send_bytes(json.dumps(["", player.reasons]).encode())
     played = False
     with contextlib.suppress(EOFError, ConnectionResetError):
         while True:
@@ -293,14 +295,8 @@ def main(file: str, name: str, link_to: int, watched_by: int) -> None:
                 note = "compiled code does not do the same (its integers have 64 bits)"
             played = True
             *arrays, first, broken_ps, reason = player.play(stimulus)
-            head = [*(array.size for array in arrays[::2]), first, broken_ps]
-            link.send_bytes(np.concatenate([head, *arrays], dtype=np.int64).tobytes())
-            _say(link, reason, note)
-
-
-def _say(link: Connection, *texts: str) -> None:
-    for text in texts:
-        link.send_bytes(text.encode(errors="replace"))
+            head = json.dumps([*(array.size for array in arrays[::2]), first, broken_ps, reason, note])
+            link.send_bytes(head.encode() + b"\n" + np.concatenate(arrays, dtype=np.int64).tobytes())
 
 
 def _limit_memory() -> None:

@@ -2,9 +2,9 @@
 // rtec_pins.h, written for the design, says what its ports are called.
 //
 // In, int64: how many numbers follow; then for each stream its end in ps, the levels at power-up (A + 2 * B), the number
-// of changes, and of each change its time, 1 for levels or 2 for the total, and the value. Out, rows of six int64: what
-// it is (0 power-up, 1 change, 2 sign of life, 3 end of the run, 4 $finish, 5 ended from outside, 6 all streams played),
-// time, levels, completed, refused, 0.
+// of changes, and of each change its time, 1 for levels or 2 for the total, and the value. Out, three plays of each as
+// rows of six int64: what it is (0 power-up, 1 change, 2 sign of life, 3 end of the run, 4 $finish, 5 ended from outside,
+// 6 all streams played), time, levels, completed, refused, 0. What the design prints goes to the standard error.
 
 #include <chrono>
 #include <csignal>
@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <vector>
+#include <sys/resource.h>
 #include <unistd.h>
 #include "Vdut.h"
 #include "Vdut__Syms.h"
@@ -40,10 +41,10 @@ static void flush_rows() {
     rows.clear();
 }
 
-static void ended(int) {
+static void ended(int number) {
     const i64 row[6] = {5, now_ps, 0, 0, 0, 0};
     if (write(out_file, rows.data(), rows.size() * sizeof(i64)) < 0 || write(out_file, row, sizeof row) < 0) _exit(3);
-    _exit(4);
+    _exit(number == SIGTERM || number == SIGXFSZ ? 4 : 5);
 }
 
 struct Seen {
@@ -190,10 +191,13 @@ static void play(const std::vector<i64>& in, size_t at, int power_up) {
     flush_rows();
 }
 
-int main(int, char** argv) {
-    out_file = std::atoi(argv[1]);
+int main() {
+    out_file = dup(1);
+    dup2(2, 1);
+    const rlimit most_said = {50000000, 50000000};
+    setrlimit(RLIMIT_FSIZE, &most_said);
     rows.reserve(1 << 20);
-    for (const int number : {SIGTERM, SIGABRT, SIGSEGV, SIGFPE, SIGBUS, SIGILL}) signal(number, ended);
+    for (const int number : {SIGTERM, SIGABRT, SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGXFSZ}) signal(number, ended);
     std::vector<i64> in;
     for (i64 size; fread(&size, sizeof size, 1, stdin) == 1;) {
         in.resize(static_cast<size_t>(size));

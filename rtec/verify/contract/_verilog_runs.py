@@ -1,29 +1,20 @@
-"""What both simulators share: the rows that go in and come out, and what a failed build means."""
+"""The rows that go into a simulation and come out of it, ours or cocotb's."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.errors import ArgumentError, FileFormatError, RtecError, meant
 from rtec.injector import Break, Response, Stimulus, Totals
-from rtec.io import read_any_text
 from rtec.signal import EdgeStream
 from rtec.verify.contract.verilog_pins import Pins
 
-BUILD_S = 300.0
-SILENT_S = 10.0
-"""A simulation that shows no sign of life for so long is ended."""
 SETTLE_TICKS = 100
 """Ticks between the end of the reset and time 0, in which synchronizers and filters take up the first levels."""
 _CHANGE, _END, _FINISH = 1, 3, 4
-_MESSAGE = re.compile(r"^(?:%Error[\w-]*: )?(?P<file>[^\s:][^:\n]*):(?P<line>\d+):(?:\d+:)? *(?P<what>.+)$")
-_MODULE = re.compile(r"^\s*module\s+(\w+)", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +36,6 @@ def stream_rows(stimulus: Stimulus) -> NDArray[np.int64]:
     totals = np.column_stack([requests.times_ps, np.full(len(requests), 2), requests.totals])
     rows = np.concatenate([levels, totals]).astype(np.int64)
     return rows[np.argsort(rows[:, 0], kind="stable")]
-
-
-def most_bytes(stimuli: Sequence[Stimulus]) -> int:
-    """Return how much a sane design writes about these streams at the most, with room to spare."""
-    return 100_000_000 + 10_000 * sum(len(stimulus.edges) + len(stimulus.requests) for stimulus in stimuli)
 
 
 def response_of(stimulus: Stimulus, runs: Runs, pins: Pins) -> Response:
@@ -115,21 +101,3 @@ def _difference(play: NDArray[np.int64], other: NDArray[np.int64], pins: Pins) -
     names = [f"{name} is {x} or {y}" for name, x, y in zip(pins.outputs, a, b, strict=False) if x != y]
     said = f"outputs depend on initial values of registers that nothing sets: {', '.join(names)}"
     return Break(time_ps=time_ps, reason=said)
-
-
-def build_error(file: Path, pins: Pins, said: str, simulator: str) -> RtecError:
-    """Return what a failed build means: the first error in the user's files."""
-    lines = said.splitlines()
-    for line in lines:
-        found = _MESSAGE.match(line)
-        if found and "warning" not in found["what"] and not line.startswith("%Warning"):
-            what = found["what"].removeprefix("error: ").strip()
-            if "due to --no-timing" in what:
-                what = "a delay, which Verilator cannot simulate here; --simulator icarus can"
-            return FileFormatError(found["file"], int(found["line"]), what[:300], f"Verilog that {simulator} builds")
-    if any("--top-module" in line or "root module" in line for line in lines):
-        modules = _MODULE.findall(read_any_text(file)[0])
-        allowed = f"a module of {file}: {', '.join(modules) or 'it has none'}"[:300]
-        return ArgumentError(f"{pins.where}: top", repr(pins.top), allowed, meant(pins.top, modules))
-    first = next((line for line in lines if "rror" in line), lines[0] if lines else "no message")
-    return RtecError(f"{file}: {simulator} cannot build it: {first.strip()[:300]}")

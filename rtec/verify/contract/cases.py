@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -40,12 +40,6 @@ def steady(
     ----------
     frequency_hz
         Of the square waves.
-    direction
-        +1 or -1.
-    edges
-        How many.
-    first_ps
-        Time of the first one.
     jitter
         Shift of each edge in shares of the distance, shape (edges,).
 
@@ -66,10 +60,8 @@ def turn(contract: Contract, direction: int, edges: int, *, depth: float) -> NDA
     ----------
     contract
         Its acceleration holds throughout, up to the highest frequency.
-    direction
-        Before the turn.
-    edges
-        On each side of it.
+    direction, edges
+        Before the turn, and on each side of it.
     depth
         How far behind the last edge it lies, in counts, 0..1; this edge comes again after ``turn_ps`` at least.
 
@@ -91,12 +83,6 @@ def start(contract: Contract, direction: int, edges: int, *, depth: float) -> ND
 
     Parameters
     ----------
-    contract
-        Its acceleration holds up to the highest frequency.
-    direction
-        Of the motion.
-    edges
-        How many.
     depth
         How far before the first edge the axis rests, in counts, 0..1; it begins to move at time 0.
 
@@ -184,12 +170,10 @@ def aimed_in_motion(trials: Trials, hertz: float, moments_ps: Sequence[int]) -> 
 
 def moments_of_insertion(trials: Trials) -> list[int]:
     """Return moments inside an insertion at rest, in ps from its request; none where nothing is inserted there."""
-    first_ps = trials.contract.quarter_ps + trials.settle_ps
-    base = Stream.of(trials.contract.states[0], (), [(first_ps, 1)], 1)
-    window = trials.window(trials.case("an insertion at rest", base))
+    _, window = trials.at_rest(trials.contract.states[0], 1)
     if window is None:
         return []
-    return [round(window[0] + share * (window[1] - window[0])) - first_ps for share in (0.1, 0.5, 0.9)]
+    return [round(window[0] + share * (window[1] - window[0])) - trials.asked_ps for share in (0.1, 0.5, 0.9)]
 
 
 def step_in_motion(trials: Trials, hertz: float, direction: int, sign: int, phase: float) -> Case:
@@ -213,30 +197,28 @@ def jittering(trials: Trials) -> Iterator[Case]:
     rng = np.random.default_rng(2)
     for index, (share, (direction, sign)) in enumerate(product((1.0, 0.5), _SIGNS * 6)):
         plain = step_in_motion(trials, share * contract.frequency_hz, direction, sign, index * GOLDEN % 1.0)
-        edges = plain.stream.edges_ps
-        shifts = rng.uniform(0.0, contract.jitter * contract.quarter_ps, edges.size).astype(np.int64)
-        shaken = replace(plain.stream, edges_ps=edges + shifts)
-        yield replace(plain, title=f"{plain.title}, with jitter", stream=trials.settled(shaken))
+        shifts = rng.uniform(0.0, contract.jitter * contract.quarter_ps, plain.stream.edges_ps.size)
+        yield shaken(trials, plain, shifts)
+
+
+def shaken(trials: Trials, plain: Case, shifts_ps: NDArray[np.floating[Any]]) -> Case:
+    """Return a case whose edges come later by whole picoseconds."""
+    stream = replace(plain.stream, edges_ps=plain.stream.edges_ps + shifts_ps.astype(np.int64))
+    return replace(plain, title=f"{plain.title}, with jitter", stream=trials.settled(stream))
 
 
 def reversing(trials: Trials) -> Iterator[Case]:
     """Yield edges and turns at every moment of an insertion, one way and over and back."""
     contract = trials.contract
-    turn_ps = contract.turn_ps
-    for state, sign in product(contract.states, (1, -1)):
-        first_ps = contract.quarter_ps + trials.settle_ps
-        base = Stream.of(state, (), [(first_ps, sign)], 1)
-        window = trials.window(trials.case("an insertion at rest", base))
-        if window is None:
-            continue
+    for state, sign, base, window in _insertions(trials):
         for at_ps, direction in product(_moments(window), (1, -1)):
             if at_ps < 1:
                 continue
             title = f"{sign:+d} step in state {STATES[state]}, the axis"
             edge = [(at_ps, direction)]
-            yield trials.case(f"{title} creeps over an edge", Stream.of(state, edge, [(first_ps, sign)], 1))
-            back = [*edge, (at_ps + turn_ps, -direction)]
-            yield trials.case(f"{title} goes over an edge and back", Stream.of(state, back, [(first_ps, sign)], 1))
+            yield trials.case(f"{title} creeps over an edge", base.stream.moving(edge))
+            back = [*edge, (at_ps + contract.turn_ps, -direction)]
+            yield trials.case(f"{title} goes over an edge and back", base.stream.moving(back))
     yield from turning(trials, contract)
 
 
@@ -258,16 +240,12 @@ def turning(trials: Trials, contract: Contract, depths: Sequence[float] = (0.000
 
 def starting(trials: Trials, contract: Contract) -> Iterator[Case]:
     """Yield starts under the acceleration of a contract, with edges at every moment of an insertion at rest."""
-    for state, sign in product(contract.states, (1, -1)):
-        first_ps = contract.quarter_ps + trials.settle_ps
-        window = trials.window(trials.case("at rest", Stream.of(state, (), [(first_ps, sign)], 1)))
-        if window is None:
-            continue
+    for state, sign, base, window in _insertions(trials):
         for at_ps, direction, depth, which in product(_moments(window), (1, -1), (1e-4, 1.0), (0, 2)):
             edges = start(contract, direction, 12, depth=depth)
             edges[:, 0] += at_ps - edges[which, 0]
             if edges[0, 0] >= 1:
-                stream = Stream.of(state, edges, [(first_ps, sign)], 1)
+                stream = base.stream.moving(edges)
                 yield trials.case(f"{sign:+d} step in state {STATES[state]}, the axis starts", stream)
 
 
@@ -286,23 +264,24 @@ def dithering(trials: Trials) -> Iterator[Case]:
 
 def asking(trials: Trials) -> Iterator[Case]:
     """Yield requests that change at every moment of an insertion, at rest and in motion."""
-    contract = trials.contract
-    slow_hz = contract.frequency_hz / 50.0
-    for state, sign, moving in product(contract.states, (1, -1), (False, True)):
-        base = step_in_motion(trials, slow_hz, 1, sign, 0.5) if moving else None
-        if base is None:
-            first_ps = contract.quarter_ps + trials.settle_ps
-            base = trials.case("an insertion", Stream.of(state, (), [(first_ps, sign)], 1))
-        first_ps = int(base.stream.requests_ps[0])
-        window = trials.window(base)
-        if window is None:
-            continue
+    moving = [step_in_motion(trials, trials.contract.frequency_hz / 50.0, 1, sign, 0.5) for sign in (1, -1)]
+    in_motion = [(base, window) for base in moving if (window := trials.window(base)) is not None]
+    for base, window in chain(((base, window) for *_, base, window in _insertions(trials)), in_motion):
+        first_ps, sign = int(base.stream.requests_ps[0]), int(base.stream.totals[0])
         for at_ps, (total, what) in product(
             _moments(window)[::2], ((0, "withdrawn"), (2 * sign, "doubled"), (-sign, "turned round"))
         ):
             if at_ps > first_ps:
                 asked = base.stream.asking((first_ps, sign), (at_ps, total))
                 yield trials.case(f"{sign:+d} step, {what} during the insertion", asked)
+
+
+def _insertions(trials: Trials) -> Iterator[tuple[int, int, Case, tuple[int, int]]]:
+    """Yield state, sign, case and window of each insertion at rest."""
+    for state, sign in product(trials.contract.states, (1, -1)):
+        case, window = trials.at_rest(state, sign)
+        if window is not None:
+            yield state, sign, case, window
 
 
 def _moments(window: tuple[int, int]) -> list[int]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rtec.checks import number_within, whole_within
 from rtec.errors import ArgumentError
-from rtec.injector import DesignRow
+from rtec.injector import Design, DesignRow
 from rtec.units import PS_PER_S
 
 STATES = ("00", "10", "11", "01")
@@ -70,6 +70,28 @@ class Contract:
     def quarter_ps(self) -> int:
         """Return the time between two edges at the highest frequency."""
         return round(PS_PER_S / (4.0 * self.frequency_hz))
+
+
+def design_with(step_counts: int, states: tuple[int, ...]) -> Design:
+    """Return the design of the report that has this step, made in these states at rest.
+
+    Raises
+    ------
+    ArgumentError
+        There is none.
+
+    Examples
+    --------
+    >>> design_with(4, (0,)), design_with(2, (0, 1, 2, 3))
+    (<Design.ORIGINAL>, <Design.C>)
+    """
+    for design in Design:
+        known = Contract.of(design)
+        if (known.step_counts, known.states) == (step_counts, states):
+            return design
+    levels = ",".join(STATES[state] for state in states)
+    allowed = "--step 4, 2 or 1 in all states, or --step 4 --states 00, as the boxes of the report have"
+    raise ArgumentError("--step", f"{step_counts} in {levels}", allowed, problem="fits no box")
 
 
 def states_of(text: str) -> tuple[int, ...]:

@@ -103,16 +103,7 @@ def reach_of(algorithm: Algorithm) -> Reach:
 
 
 def endure(trials: Trials, kind: Kind, *, most_s: float = MOST_S) -> Endured:
-    """Go level by level as deep as all is right, the next level is no matter of minutes, and runs may be as long.
-
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    kind
-        What is tried.
-    most_s
-        Seconds that a level may take.
+    """Go level by level as deep as all is right, the next level takes ``most_s`` at most, and runs may be as long.
 
     Examples
     --------
@@ -163,10 +154,10 @@ def _level(trials: Trials, cases: Sequence[Case]) -> tuple[Run | None, int, str]
 
 def _window(trials: Trials, state: int, sign: int) -> tuple[int, int]:
     """Return begin and end of an insertion at rest, from its request on."""
-    asked_ps = trials.contract.quarter_ps + trials.settle_ps
-    stream = Stream.of(state, (), [(asked_ps, sign)], 1)
-    window = trials.window(trials.case("an insertion at rest", stream)) or (asked_ps, asked_ps + 2)
-    return max(window[0] - asked_ps, 1), max(window[1] - asked_ps, 2)
+    asked_ps = trials.asked_ps
+    _, window = trials.at_rest(state, sign)
+    begin_ps, end_ps = window or (asked_ps, asked_ps + 2)
+    return max(begin_ps - asked_ps, 1), max(end_ps - asked_ps, 2)
 
 
 def walking(trials: Trials) -> Iterator[Level]:
@@ -191,18 +182,9 @@ def walking(trials: Trials) -> Iterator[Level]:
 
 
 def walk(trials: Trials, state: int, totals: Sequence[int], every: int) -> Stream:
-    """Return a stream that asks for one total after the other at rest.
+    """Return a stream that asks for one total after the other at rest, each a step from the one before.
 
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    state
-        Of the encoder.
-    totals
-        Each one step from the one before, the first from 0.
-    every
-        One step in so many is disturbed; those next to a wrap in every way and at every moment. 0 for none at all.
+    One step in ``every`` is disturbed, those next to a wrap in every way and at every moment; with 0 none at all.
     """
     gap_ps, turn_ps = trials.settle_ps, trials.contract.turn_ps
     windows = {sign: _window(trials, state, sign) for sign in (1, -1)}

@@ -83,30 +83,13 @@ class Frequencies:
         """Return what it does at a frequency: the same as at the next one that was tried above, or at the highest."""
         return next((does for tried, does in self.rows if tried >= hertz * (1.0 - 1e-9)), self.rows[-1][1])
 
-    def summary(self, top_hz: float, *, asked: bool = True) -> str:
-        """Return one line for a data sheet.
-
-        Parameters
-        ----------
-        top_hz
-            What it does there is said first.
-        asked
-            Whether a step was asked for; otherwise only passing is spoken of.
-        """
-        said = [f"{hertz_text(top_hz)}: {self.at(top_hz).value}"]
-        limits = [("inserts", self.max_inserting_hz, self._again(Does.INSERTS))] if asked else []
-        for what, limit, again in [*limits, ("passes", self.max_passing_hz, self._again(Does.FAILS))]:
-            if limit >= self.searched_to_hz:
-                said.append(f"{what} beyond {hertz_text(three_digits(limit))}")
-            elif limit > 0.0:
-                said.append(f"{what} to {hertz_text(three_digits(limit))}")
-            elif not (what == "inserts" and again):
-                where = (
-                    "no frequency in motion" if what == "inserts" else f"none from {hertz_text(self.rows[0][0])} on"
-                )
-                said.append(f"{what} at {where}")
-            said += [f"{band.does.value} from {_ends(band)}" for band in again]
-        return "; ".join(said)
+    def summary(self, top_hz: float) -> str:
+        """Return one line for a data sheet: what it does at ``top_hz``, then in each band, rising."""
+        *below, last = self.bands
+        said = [f"{band.does.value} to {hertz_text(three_digits(band.to_hz))}" for band in below]
+        if last.does is not Does.FAILS or not below:
+            said.append(f"{last.does.value} beyond {hertz_text(three_digits(last.to_hz))}")
+        return "; ".join([f"{hertz_text(top_hz)}: {self.at(top_hz).value}", *said])
 
     def _up_to(self, *right: Does) -> float:
         limit = 0.0
@@ -115,13 +98,6 @@ class Frequencies:
                 break
             limit = hertz
         return limit
-
-    def _again(self, does: Does) -> list[Band]:
-        """Return the bands that spoil the order inserts, passes, fails: inserting above a gap, failing below one."""
-        bands = self.bands
-        if does is Does.INSERTS:
-            return [band for band in bands[1:] if band.does is does]
-        return [band for band in bands[:-1] if band.does is does]
 
 
 def search(
@@ -142,14 +118,10 @@ def search(
         Tries a frequency.
     top_hz
         One more level, of interest to the user.
-    from_hz, to_hz
-        Ends of the ladder.
     digits
         Levels per decade; twelve by default.
     deeper
         Decades that it goes down below its lower end as long as nothing is inserted there.
-    progress
-        Called with the share done.
 
     Examples
     --------
@@ -226,7 +198,3 @@ def _between(low_hz: float, high_hz: float, tried: Callable[[float], Does]) -> N
     tried(middle_hz)
     _between(low_hz, middle_hz, tried)
     _between(middle_hz, high_hz, tried)
-
-
-def _ends(band: Band) -> str:
-    return " to ".join(hertz_text(float(f"{hertz:.3g}")) for hertz in (band.from_hz, band.to_hz))

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from rtec.axis.motion import NAMES as MOTION_NAMES, MotionKind
 from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.verify.campaign.job import FAILED, NOT_ACTIVATED, PASSED, Choice, JobKind, Number, Parameters, Record
+from rtec.verify.campaign.own_files import NONE, OwnFile, unpacked
+from rtec.verify.campaign.trace import Trace
 from rtec.verify.contract import cases
 from rtec.verify.contract.built_in import BuiltIn
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.motion_outcome import Outcome, outcome_of
 from rtec.verify.contract.motions import AIMED, insertion_window, motion_for, stream_of
-from rtec.verify.contract.trials import Case, Trials
+from rtec.verify.contract.python_class import PythonClass
+from rtec.verify.contract.shown import shown_ps
+from rtec.verify.contract.trials import Case, Run, Trials
 
 _LATE = 3
 """Longest times of an insertion within which it has to be booked not to count as deferred."""
+
+
+@lru_cache(maxsize=8)
+def _own(value: str) -> PythonClass:
+    """Return a class of the user's, in a process of its own."""
+    return PythonClass(*unpacked(value))
 
 
 def step_in_motion(parameters: Parameters, seed: int, run: int) -> Record:
@@ -27,7 +38,8 @@ def step_in_motion(parameters: Parameters, seed: int, run: int) -> Record:
     ----------
     parameters
         ``design``, ``processor``, ``gate`` (on or off), ``latch`` (merge or hold), ``motion``: words;
-        ``frequency_hz``, ``acceleration_hz_s``: the largest of the motion.
+        ``frequency_hz``, ``acceleration_hz_s``: the largest of the motion. ``algorithm`` may be left out: a class of
+        the user's in the place of the design, to which processor, gate and latch mean nothing.
     seed, run
         Draw direction, sign and state, and number the motion among those of its kind.
 
@@ -38,6 +50,44 @@ def step_in_motion(parameters: Parameters, seed: int, run: int) -> Record:
     >>> record["result"], record["fault"]
     ('passed', None)
     """
+    trials, late_ps, done = _played(parameters, seed, run)
+    if isinstance(done, str):
+        return {"result": FAILED, "outcome": "wrong at rest", "fault": done, "stream": None}
+    if done is None:
+        return {"result": NOT_ACTIVATED, "outcome": "no insertion to aim at", "fault": None, "stream": None}
+    outcome = outcome_of(done, trials.contract, late_ps=late_ps)
+    broken = done.response.broken is not None
+    wrong = broken or outcome in (Outcome.ILLEGAL, Outcome.UNDETECTED)
+    return {
+        "result": FAILED if wrong else PASSED,
+        "outcome": "broken" if broken else outcome.value,
+        "fault": None if done.right else str(done.judgement.violation),
+        "separation_ps": done.judgement.separation_ps,
+        "edges": len(done.case.stream.edges_ps),
+        "stream": str(done.case.stream) if wrong else None,
+    }
+
+
+def trace_of(parameters: Parameters, seed: int, run: int) -> Trace | None:
+    """Return what there is to see of a step in a motion, as `step_in_motion` takes it; None where there was none."""
+    _, _, done = _played(parameters, seed, run)
+    if done is None or isinstance(done, str):
+        return None
+    stimulus, violation = done.case.stream.stimulus(), done.judgement.violation
+    return Trace(
+        title=", ".join(str(parameters[name]) for name in ("design", "processor", "motion")),
+        encoder=stimulus.edges,
+        controller=done.response.edges,
+        requested=stimulus.requests,
+        completed=done.response.completed,
+        until_ps=done.case.stream.until_ps,
+        marks=() if violation is None else ((violation.time_ps, violation.fault.value),),
+        shown_ps=shown_ps(done),
+    )
+
+
+def _played(parameters: Parameters, seed: int, run: int) -> tuple[Trials, int, Run | str | None]:
+    """Return the bench, when an insertion is late, and the run; instead of it what is wrong at rest, or None."""
     design, processor = Design.named(str(parameters["design"])), Processor(parameters["processor"])
     timing = Timing.of(design, processor)
     timing = timing if parameters["gate"] == "on" else replace(timing, gate_margin=None)
@@ -47,24 +97,14 @@ def step_in_motion(parameters: Parameters, seed: int, run: int) -> Record:
         frequency_hz=float(parameters["frequency_hz"] or 0.0),
         acceleration_hz_s=float(parameters["acceleration_hz_s"] or 0.0),
     )
-    trials = Trials(box, contract)
+    own = parameters.get("algorithm", NONE)
+    trials = Trials(box if own == NONE else _own(str(own)), contract)
     unsettled = trials.measure_settling()
+    late_ps = _LATE * (timing.worst_ps(design) if own == NONE else trials.settle_ps)
     if unsettled is not None:
-        return {"result": FAILED, "outcome": "wrong at rest", "fault": str(unsettled), "stream": None}
+        return trials, late_ps, str(unsettled)
     case = _case(trials, MotionKind(parameters["motion"]), seed, run)
-    if case is None:
-        return {"result": NOT_ACTIVATED, "outcome": "no insertion to aim at", "fault": None, "stream": None}
-    done = trials.one(case)
-    outcome = outcome_of(done, contract, late_ps=_LATE * timing.worst_ps(design))
-    wrong = outcome in (Outcome.ILLEGAL, Outcome.UNDETECTED)
-    return {
-        "result": FAILED if wrong else PASSED,
-        "outcome": outcome.value,
-        "fault": None if done.right else str(done.judgement.violation),
-        "separation_ps": done.judgement.separation_ps,
-        "edges": len(case.stream.edges_ps),
-        "stream": str(case.stream) if wrong else None,
-    }
+    return trials, late_ps, None if case is None else trials.one(case)
 
 
 def _case(trials: Trials, kind: MotionKind, seed: int, run: int) -> Case | None:
@@ -81,6 +121,13 @@ def _case(trials: Trials, kind: MotionKind, seed: int, run: int) -> Case | None:
     return trials.case(kind.value, stream_of(motion, state, sign))
 
 
+def _impossible(parameters: Parameters) -> str | None:
+    """Return why an algorithm of the user's is not tried: once is enough of what means nothing to it."""
+    if parameters.get("algorithm", NONE) != NONE and parameters["processor"] != Processor.FAST.value:
+        return "an algorithm of one's own has times of its own, and is tried once, beside processor fast"
+    return None
+
+
 MOTION = JobKind(
     does="A design inserts a step in a motion of the axis, and every count is judged.",
     function=f"{__name__}:step_in_motion",
@@ -92,6 +139,9 @@ MOTION = JobKind(
         Choice(name="motion", words=MOTION_NAMES),
         Number(name="frequency_hz", unit="Hz", low=1.0, high=5e6, default=100e3),
         Number(name="acceleration_hz_s", unit="Hz/s", low=1.0, high=1e12, default=100e6),
+        OwnFile(name="algorithm", beside="design", machine_code=False),
     ),
     by=("processor", "design", "motion"),
+    impossible=_impossible,
+    trace=f"{__name__}:trace_of",
 )

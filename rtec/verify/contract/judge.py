@@ -89,19 +89,10 @@ def judge(
 
     Parameters
     ----------
-    stimulus, response
-        What went in and what came out.
-    contract
-        What is asked for.
     must_finish
         Whether the run ends with a rest in a state in which the algorithm inserts, and long enough for it.
     may_refuse
         Whether a request may be refused instead, with a reason.
-
-    Returns
-    -------
-    Judgement
-        Times are those of the run.
 
     Notes
     -----

@@ -28,10 +28,6 @@ def outcome_of(run: Run, contract: Contract, *, late_ps: int) -> Outcome:
 
     Parameters
     ----------
-    run
-        With one request.
-    contract
-        What is asked for.
     late_ps
         So long after the last edge and the request an insertion may be booked that was not deferred.
 

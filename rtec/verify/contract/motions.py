@@ -86,13 +86,10 @@ def _numbers(kind: MotionKind) -> Iterator[tuple[int, int, int, int]]:
 
 def insertion_window(trials: Trials) -> Window | None:
     """Measure an insertion at rest; None where an algorithm makes none."""
-    contract = trials.contract
-    asked_ps = contract.quarter_ps + trials.settle_ps
-    stream = Stream.of(contract.states[0], (), [(asked_ps, 1)], 1)
-    measured = trials.window(trials.case("an insertion at rest", stream))
+    _, measured = trials.at_rest(trials.contract.states[0], 1)
     if measured is None:
         return None
-    begin_ps, end_ps = (max(t_ps - asked_ps, 0) for t_ps in measured)
+    begin_ps, end_ps = (max(t_ps - trials.asked_ps, 0) for t_ps in measured)
     return Window(begin_ps=begin_ps, end_ps=end_ps, pause_ps=trials.settle_ps)
 
 

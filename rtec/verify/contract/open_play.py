@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,9 +13,16 @@ from numpy.typing import NDArray
 from rtec.axis.motion import COUNT_MM, MotionKind, motion_of
 from rtec.controller import Receiver, ReceiverResult
 from rtec.errors import ArgumentError
-from rtec.injector import Response
+from rtec.injector import Response, Stimulus, Totals
 from rtec.injector.waves import rows_of_streams
 from rtec.machine import OpenPath
+from rtec.machine.faults import Fault
+from rtec.machine.line_faults import differences, line_fault
+from rtec.machine.open_fault_kinds import REQUEST, check_beside_box
+from rtec.machine.open_fault_outcome import FaultEffect, FaultOutcome, Watched
+from rtec.machine.open_faults import corrupted
+from rtec.machine.open_run import settle_ps
+from rtec.signal import NEVER
 from rtec.units import PS_PER_S
 from rtec.verify.contract.endurance import reach_of
 from rtec.verify.contract.motions import stream_of
@@ -36,12 +44,16 @@ class PlayedPath:
     path: OpenPath
     """The run; its box was not used."""
     stream: Stream
-    """What went in."""
+    """What the encoder sent, and what was asked for."""
+    stimulus: Stimulus
+    """What went in: the same, behind faults of lines and requests."""
     response: Response
     """What came out."""
     received: ReceiverResult
     """What the controller made of it."""
     wall_s: float
+    outcome: FaultOutcome | None = None
+    """What became of faults; None without any."""
 
     @property
     def step_counts(self) -> int:
@@ -80,6 +92,17 @@ class PlayedPath:
         right = self.path.receiver.counted(self.encoder_counts + added, self.stream.state)
         return self.received.count == right and seen.net == self.encoder_counts + added
 
+    def watched(self) -> Watched:
+        """Return what can be noticed, by the counts of the lines that go into the algorithm."""
+        lines = self.stimulus.edges.counts()
+        by_box = lines.net + self.completed * self.step_counts
+        count = self.path.receiver.counted(by_box, self.stream.state)
+        return Watched(
+            illegal=self.received.illegal_transitions, illegal_in=lines.illegal,
+            agrees=self.received.count == count and self.response.edges.counts().net == by_box,
+            pending=self.pending, stopped=self.received.fault_ps is not None,
+        )  # fmt: skip
+
     @property
     def good(self) -> bool:
         """Return whether all was inserted and every count is right."""
@@ -88,14 +111,14 @@ class PlayedPath:
 
     def rows(self) -> NDArray[np.int64]:
         """Return both sides as rows for pictures and waveforms, as `rtec.injector.waves.rows_of_streams`."""
-        stimulus = self.stream.stimulus()
+        stimulus = self.stimulus
         return rows_of_streams(stimulus.edges, self.response.edges, stimulus.requests, self.response.completed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result under the names of `rtec.machine.OpenPathResult`, as far as they mean something."""
         received, broken, path = self.received, self.response.broken, self.path
         edges = int(self.stream.edges_ps.size)
-        return {
+        return ({} if self.outcome is None else self.outcome.to_dict()) | {
             "algorithm": self.algorithm,
             "design": path.injector.design.key,
             "frequency_hz": path.frequency_hz,
@@ -126,7 +149,7 @@ class PlayedPath:
         }
 
 
-def play_path(trials: Trials, path: OpenPath) -> PlayedPath:
+def play_path(trials: Trials, path: OpenPath, faults: Sequence[Fault] = ()) -> PlayedPath:
     """Send the edges of an open path through an algorithm into the controller.
 
     Parameters
@@ -136,11 +159,13 @@ def play_path(trials: Trials, path: OpenPath) -> PlayedPath:
     path
         Encoder, motion, corrections and controller; of its box only the counts of a step are used. At the end the
         axis rests, and what is owed is waited for, up to a hundred steps.
+    faults
+        Of the lines and of a request, as `rtec.machine.open_faults.faults_at` returns them.
 
     Raises
     ------
     ArgumentError
-        Too many edges, or more corrections than the algorithm's word holds.
+        Too many edges, a fault of the box, or more corrections than the algorithm's word holds.
 
     Examples
     --------
@@ -167,14 +192,48 @@ def play_path(trials: Trials, path: OpenPath) -> PlayedPath:
     stream = stream_of(motion, encoder.home_state, -1 if path.corrections < 0 else 1, encoder=encoder)
     end_ps = max(stream.until_ps, stream.last_ps + 1)
     stream = replace(stream, until_ps=end_ps + (min(abs(path.corrections), _WAITED_STEPS) + 1) * trials.settle_ps)
+    right, effects = stream.stimulus(), [FaultEffect(fault=fault) for fault in faults]
+    wrong = _behind(right, effects, path)
     begun = time.perf_counter()
-    response = trials.algorithm.play([stream.stimulus()])[0]
+    responses = trials.algorithm.play([wrong, right] if faults else [right])
     wall_s = time.perf_counter() - begun
+    played = [
+        PlayedPath(
+            algorithm=trials.algorithm.name, path=path, stream=stream, stimulus=stimulus, response=response,
+            received=_received(path, response, stimulus.until_ps), wall_s=wall_s,
+        )
+        for stimulus, response in zip((wrong, right), responses, strict=False)
+    ]  # fmt: skip
+    if not faults:
+        return played[0]
+    whole, twin = played
+    added = whole.completed * whole.step_counts
+    outcome = FaultOutcome(
+        effects=tuple(effects), noticed=whole.watched().noticed(twin.watched()), good_without=twin.good,
+        sound_without=twin.audit and twin.received.illegal_transitions == 0,
+        off_counts=whole.received.count - path.receiver.counted(whole.encoder_counts + added, stream.state),
+    )  # fmt: skip
+    return replace(whole, outcome=outcome)
+
+
+def _received(path: OpenPath, response: Response, until_ps: int) -> ReceiverResult:
     receiver = Receiver(path.receiver, initial=response.edges.initial)
     receiver.process(response.edges)
-    # more than four clocks of the filter beyond its delay
-    seen_ps = stream.until_ps + path.receiver.delay_ps + -(-5 * PS_PER_S // path.receiver.clock_hz)
-    return PlayedPath(
-        algorithm=trials.algorithm.name, path=path, stream=stream, response=response,
-        received=receiver.result(at_ps=seen_ps), wall_s=wall_s,
-    )  # fmt: skip
+    return receiver.result(at_ps=until_ps + settle_ps(path))
+
+
+def _behind(stimulus: Stimulus, effects: Sequence[FaultEffect], path: OpenPath) -> Stimulus:
+    """Return a stimulus behind faults of lines and requests; their effects are noted."""
+    edges, asks = stimulus.edges, (stimulus.requests.times_ps, stimulus.requests.totals)
+    for effect in effects:
+        fault = effect.fault
+        if fault.kind.code == REQUEST:
+            asks, wrong_ps = corrupted(asks, fault, path.injector.design.word_limit.bit_length())
+            effect.add((wrong_ps, int(wrong_ps is not None)))
+        else:
+            check_beside_box(fault.kind)
+            wrong = line_fault(fault, stimulus.edges.initial).through(edges, 0, NEVER)
+            effect.add(differences(edges, wrong))
+            edges = wrong
+    until_ps = max(stimulus.until_ps, int(edges.times_ps.max(initial=0)) + 1)
+    return Stimulus(edges=edges, requests=Totals(*asks), until_ps=until_ps)

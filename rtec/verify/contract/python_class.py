@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import mmap
 import os
-import signal
-import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -24,15 +22,13 @@ from rtec.errors import RtecError
 from rtec.injector import Break, Response, Stimulus, Totals
 from rtec.readable import printable
 from rtec.signal import EdgeStream
-from rtec.verify.contract._build_sandbox import signal_group
+from rtec.verify.contract._process_group import begin_group, end_group
 from rtec.verify.contract._python_child import COMPILING, LOADING, WATCHED
 
 SILENT_S = 10.0
 """Without a call of its step for so long, an algorithm is ended."""
 _COMPILING_S = 120.0
 _LOOK_S = 0.2
-_MOST_BYTES = 1 << 30
-"""Of an answer: several times what its most changes take."""
 _PACKAGE = str(Path(__file__).resolve().parents[3])
 
 
@@ -81,7 +77,7 @@ class PythonClass(Closing):
         self.file, self.class_name = file.resolve(), name
         self.clock_ps = (0, 1) if clock_ps is None else clock_ps
         self.note = ""
-        """Why it runs as plain Python, or "" where it is compiled; known once something was played."""
+        """That it runs as plain Python and why, or "" where it is compiled; known once something was played."""
         self._process: subprocess.Popen[bytes] | None = None
         try:
             self._start()
@@ -122,51 +118,38 @@ class PythonClass(Closing):
         process, self._process = self._process, None
         if process is not None:
             self._link.close()
-            signal_group(process, signal.SIGKILL)  # with what the algorithm has begun
-            process.wait()
+            end_group(process)  # with what the algorithm has begun
 
     def _start(self) -> None:
         path = os.pathsep.join(filter(None, (_PACKAGE, os.environ.get("PYTHONPATH", ""))))
         self._link, its = Pipe()
-        seconds, rest = divmod(SILENT_S, 1.0)
-        with socket.socket(fileno=os.dup(self._link.fileno())) as pipe:
-            for way in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):  # half a message would be waited for without end
-                pipe.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", int(seconds), int(1e6 * rest)))
         with its, tempfile.TemporaryFile() as watched:
             watched.truncate(WATCHED.size)
             self._watched = mmap.mmap(watched.fileno(), WATCHED.size)
             passed = its.fileno(), watched.fileno()
-            self._process = subprocess.Popen(  # noqa: S603 - the user's own file, which they asked to run
+            self._process = begin_group(
                 [sys.executable, "-m", "rtec.verify.contract._python_child", str(self.file), self.class_name]
                 + [str(descriptor) for descriptor in passed],
-                stdin=subprocess.DEVNULL,
                 stdout=sys.__stderr__ if sys.__stderr__ is not None else subprocess.DEVNULL,
-                pass_fds=passed,
-                start_new_session=True,  # Ctrl-C is its parent's, which ends it
-                env=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
+                descriptors=passed,
+                environment=os.environ | {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
             )
         try:
-            error, reasons = (self._received().decode(errors="replace") for _ in range(2))
+            error, self._reasons = json.loads(self._received())
         except _Silent as silent:
             raise RtecError(f"{self.name}: {silent} while the file is loaded") from None
         if error:
             raise RtecError(f"{self.file.name}: {printable(error)}")
-        self._reasons = reasons.split("\n")
 
     def _answer(self, stimulus: Stimulus) -> Response:
         edges, requests = stimulus.edges, stimulus.requests
         streams = edges.times_ps, edges.levels, requests.times_ps, requests.totals
         with contextlib.suppress(OSError):  # it has ended, which its answer will show
             self._link.send((*streams, edges.initial, stimulus.until_ps, *self.clock_ps))
-        answer = self._received()
-        reason, note = (self._received().decode(errors="replace") for _ in range(2))
-        self.note = printable(note)
-        numbers = np.frombuffer(answer[: len(answer) // 8 * 8], np.int64)
-        head, values = numbers[:5].tolist(), numbers[5:]
-        if len(head) < 5 or min(head[:3]) < 0 or values.size != 2 * sum(head[:3]):
-            raise _Silent("what it sent is no answer")
-        *sizes, first, broken_ps = head
-        arrays = np.split(values, np.cumsum(np.repeat(sizes, 2))[:-1])
+        head, _, numbers = self._received().partition(b"\n")
+        *sizes, first, broken_ps, reason, note = json.loads(head)
+        self.note = f"runs as plain Python, slower: {printable(note)}" if note else ""
+        arrays = np.split(np.frombuffer(numbers, np.int64), np.cumsum(np.repeat(sizes, 2))[:-1])
         return response_of((*arrays, first, broken_ps, reason), self._reasons)
 
     def _received(self) -> bytes:
@@ -181,9 +164,7 @@ class PythonClass(Closing):
                 what = "the file did not come to its end" if doing == LOADING else "step did not return"
                 raise _Silent(f"{what} within {SILENT_S:g} s")
         try:
-            return self._link.recv_bytes(_MOST_BYTES)
-        except BlockingIOError:
-            raise _Silent(f"it sent half an answer, and no more within {SILENT_S:g} s") from None
+            return self._link.recv_bytes()
         except (EOFError, OSError):
             raise _Silent(self._how_it_ended()) from None
 

@@ -23,15 +23,7 @@ _NEAREST_PS = 1_000
 
 
 def random_stream(trials: Trials, rng: np.random.Generator) -> Stream:
-    """Draw a stream: a motion, and requests in it.
-
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    rng
-        Generator.
-    """
+    """Draw a stream for an algorithm whose time to settle is known: a motion, and requests in it."""
     kind = rng.random()
     if kind < 0.3:
         edges = _run(trials.contract, rng)
@@ -45,17 +37,7 @@ def random_stream(trials: Trials, rng: np.random.Generator) -> Stream:
 
 
 def varied(run: Run, trials: Trials, rng: np.random.Generator) -> Stream:
-    """Vary the stream of a run; most of the time an event is aimed at a change at the controller.
-
-    Parameters
-    ----------
-    run
-        That was right.
-    trials
-        The algorithm.
-    rng
-        Generator.
-    """
+    """Vary the stream of a run; most of the time an event is aimed at a change at the controller."""
     stream, contract = run.case.stream, trials.contract
     edges = list(zip(stream.edges_ps.tolist(), stream.moves.tolist(), strict=True))
     requests = list(zip(stream.requests_ps.tolist(), stream.totals.tolist(), strict=True))

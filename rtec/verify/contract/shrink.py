@@ -16,25 +16,17 @@ from rtec.verify.contract.trials import Case, Run, Trials
 _AT_ONCE = 8
 _LONG = 1_000
 """Events and steps of a run that is cut at the fault before anything else."""
-_MOST_EVENTS = 1_500_000
-"""Of all runs together: those of 30 000 steps take a second each where an algorithm is simulated."""
+_BUDGET, _RUN = 1_500_000, 700
+"""Events and steps of all runs together, and what each run costs beside its own: those of 30 000 steps take a second
+each where an algorithm is simulated."""
 _LOOKS = 16
 """At a stream, for the price of playing it."""
 _ROUND_PS = (10_000_000, 1_000_000, 100_000, 10_000, 1_000)
 """Times are cut to multiples of these where the stream still breaks."""
 
 
-def shrink(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]:
+def shrink(trials: Trials, run: Run) -> tuple[Run, int]:
     """Cut the stream of a run that breaks the contract as short as it goes.
-
-    Parameters
-    ----------
-    trials
-        The algorithm.
-    run
-        That breaks the contract.
-    tries
-        Runs that may be made.
 
     Returns
     -------
@@ -63,7 +55,7 @@ def shrink(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]:
         return run, 0  # a start for each try would take minutes
     if _size(run.case.stream) > _LONG:
         run = next((again for again in map(trials.one, _up_to_the_fault(run, trials)) if again.fault is fault), run)
-    run = _cut(trials, run, lambda again: again.fault is fault, begun + tries)
+    run = _cut(trials, run, lambda again: again.fault is fault, _BUDGET)
     violation = run.judgement.violation
     if violation is not None and fault is not Fault.UNFINISHED:
         ended = replace(run.case.stream, until_ps=max(violation.time_ps, run.case.stream.last_ps) + trials.settle_ps)
@@ -72,34 +64,24 @@ def shrink(trials: Trials, run: Run, *, tries: int = 2000) -> tuple[Run, int]:
     return run, trials.made - begun
 
 
-def narrowest(trials: Trials, run: Run, *, tries: int = 500) -> Run:
-    """Cut the stream of a run that is right, as long as A and B come as near to each other at the controller.
-
-    Parameters
-    ----------
-    trials
-        The algorithm.
-    run
-        In which everything holds.
-    tries
-        Runs that may be made.
-    """
+def narrowest(trials: Trials, run: Run) -> Run:
+    """Cut the stream of a run that is right, as long as A and B come as near to each other at the controller."""
     least_ps = run.judgement.separation_ps
 
     def keeps(again: Run) -> bool:
         seen_ps = again.judgement.separation_ps
         return again.right and least_ps is not None and seen_ps is not None and seen_ps <= least_ps
 
-    return _cut(trials, run, keeps, trials.made + tries)
+    return _cut(trials, run, keeps, _BUDGET // 4)
 
 
-def _cut(trials: Trials, run: Run, keeps: Callable[[Run], bool], most: int) -> Run:
+def _cut(trials: Trials, run: Run, keeps: Callable[[Run], bool], budget: int) -> Run:
     """Cut the stream of a run as short as it goes, then its times as round, while it keeps what matters."""
     moved = True
-    left = _Left(most, _MOST_EVENTS)
+    left = _Left(budget)
     while moved:
         moved = False
-        for way in (_without_beginning, _without_edges, _without_requests, _nearer_to_zero, _sooner):
+        for way in (_without_beginning, _without_events, _nearer_to_zero, _sooner):
             while (found := _first_that_keeps(trials, run, way, keeps, left)) is not None:
                 run, moved = found, True
     while (found := _first_that_keeps(trials, run, _rounder, keeps, left)) is not None:
@@ -111,14 +93,11 @@ def _cut(trials: Trials, run: Run, keeps: Callable[[Run], bool], most: int) -> R
 class _Left:
     """How far the cutting may go."""
 
-    made: int
-    """Runs, all that were ever made."""
     events: int
-    """And steps, in those still to be made."""
 
-    def look(self, stream: Stream) -> bool:
-        """Return whether there is time for a look at a stream, which costs a part of a run."""
-        self.events -= len(stream) // _LOOKS
+    def spend(self, events: int) -> bool:
+        """Return whether there is anything left."""
+        self.events -= events
         return self.events > 0
 
 
@@ -152,27 +131,35 @@ def _first_that_keeps(
     left: _Left,
 ) -> Run | None:
     """Return the first of the streams that a way makes of a run's that keeps what matters."""
-    looked_at = takewhile(left.look, way(run.case.stream, trials))
+    looked_at = takewhile(lambda stream: left.spend(len(stream) // _LOOKS), way(run.case.stream, trials))
     cases = (trials.case(run.case.title, stream) for stream in looked_at if can_be(stream, trials.contract))
     at_once = _AT_ONCE if _size(run.case.stream) < _LONG else 1
-    while trials.made < left.made and left.events > 0 and (some := list(islice(cases, at_once))):
-        left.events -= sum(_size(case.stream) for case in some)
+    while left.events > 0 and (some := list(islice(cases, at_once))):
+        left.spend(sum(_RUN + _size(case.stream) for case in some))
         for again in trials.all_of(some):
             if keeps(again):
                 return again
     return None
 
 
-def _without_edges(stream: Stream, _: Trials) -> Iterator[Stream]:
+def _without_events(stream: Stream, _: Trials) -> Iterator[Stream]:
     size = stream.edges_ps.size
-    cut = size
-    while cut:
-        for begin in range(0, size, cut):
-            yield _keeping(stream, np.r_[0:begin, min(begin + cut, size) : size])
-        cut //= 2
+    for rest in _without_pieces(size):
+        yield _keeping(stream, rest)
     for k in range(size - 1):  # over and back leaves the state as it was
         if stream.moves[k] != stream.moves[k + 1]:
             yield _keeping(stream, np.r_[0:k, k + 2 : size])
+    for rest in _without_pieces(stream.requests_ps.size):
+        yield replace(stream, requests_ps=stream.requests_ps[rest], totals=stream.totals[rest])
+
+
+def _without_pieces(size: int) -> Iterator[NDArray[np.int64]]:
+    """Yield the places that are left without all, each half, each quarter, and so on."""
+    cut = size
+    while cut:
+        for begin in range(0, size, cut):
+            yield np.r_[0:begin, min(begin + cut, size) : size]
+        cut //= 2
 
 
 def _without_beginning(stream: Stream, _: Trials) -> Iterator[Stream]:
@@ -191,22 +178,11 @@ def _without_beginning(stream: Stream, _: Trials) -> Iterator[Stream]:
 
 
 def _keeping(stream: Stream, places: NDArray[np.int64]) -> Stream:
-    places = places.astype(np.int64)
     ends = int(stream.moves.sum() - stream.moves[places].sum())
     begins = stream.state
     if places.size and places[0] > 0 and places[-1] == stream.moves.size - 1:  # its beginning is cut: ends as before
         begins = (stream.state + ends) % 4
     return replace(stream, state=begins, edges_ps=stream.edges_ps[places], moves=stream.moves[places])
-
-
-def _without_requests(stream: Stream, _: Trials) -> Iterator[Stream]:
-    size = stream.requests_ps.size
-    cut = size
-    while cut:
-        for begin in range(0, size, cut):
-            rest = np.r_[0:begin, min(begin + cut, size) : size]
-            yield replace(stream, requests_ps=stream.requests_ps[rest], totals=stream.totals[rest])
-        cut //= 2
 
 
 def _nearer_to_zero(stream: Stream, _: Trials) -> Iterator[Stream]:

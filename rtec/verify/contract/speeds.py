@@ -11,7 +11,7 @@ import numpy as np
 
 from rtec.readable import hertz_text, time_text
 from rtec.units import PS_PER_S
-from rtec.verify.contract.cases import aimed_in_motion, in_motion, moments_of_insertion, starting, turning
+from rtec.verify.contract.cases import aimed_in_motion, in_motion, moments_of_insertion, shaken, starting, turning
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.frequencies import CLOSE, Does, Frequencies, acceleration_text, search
 from rtec.verify.contract.trials import Case, Run, Trials
@@ -46,8 +46,6 @@ class Speeds:
     """No higher one was tried."""
     first_wrong: Run | None = None
     """At the lowest frequency at which it fails, where the run is kept."""
-    asked: bool = True
-    """Whether a step was asked for."""
 
     @property
     def at_top(self) -> Does:
@@ -57,7 +55,7 @@ class Speeds:
     @property
     def summary(self) -> str:
         """Return the frequencies in one line."""
-        return self.frequencies.summary(self.top_hz, asked=self.asked)
+        return self.frequencies.summary(self.top_hz)
 
     @property
     def quarter_ps(self) -> int:
@@ -90,14 +88,7 @@ class Speeds:
 
 
 def measure_speeds(trials: Trials, progress: Callable[[float], None] = lambda share: None) -> Speeds:
-    """Find the limits of an algorithm.
-
-    Parameters
-    ----------
-    trials
-        The algorithm, with its time to settle measured.
-    progress
-        Called with the share done.
+    """Find the limits of an algorithm whose time to settle is known.
 
     Examples
     --------
@@ -162,17 +153,15 @@ def _jitter_ps(trials: Trials, found: Frequencies) -> int:
     contract, last_hz = trials.contract, found.max_inserting_hz
     tried = [contract.frequency_hz, *([last_hz] if 0.0 < last_hz < contract.frequency_hz else [])]
 
-    def shaken(jitter: float) -> Iterator[Case]:
+    def jittering(jitter: float) -> Iterator[Case]:
         rng = np.random.default_rng(4)
         for plain in in_motion(trials, tried, 2 * _PHASES):
-            stream = plain.stream
-            shifts = rng.uniform(0.0, jitter * contract.quarter_ps, stream.edges_ps.size).astype(np.int64)
+            shifts = rng.uniform(0.0, jitter * contract.quarter_ps, plain.stream.edges_ps.size)
             shifts[::7], shifts[1::7] = round(jitter * contract.quarter_ps), 0  # the worst pair comes often
-            moved = replace(stream, edges_ps=stream.edges_ps + shifts)
-            yield replace(plain, stream=trials.settled(moved))
+            yield shaken(trials, plain, shifts)
 
     def holds(jitter: float) -> bool:
-        return trials.first_wrong(shaken(jitter))[0] is None
+        return trials.first_wrong(jittering(jitter))[0] is None
 
     return round(up_to(JITTERS, holds, to_a_hundredth) * contract.quarter_ps)
 

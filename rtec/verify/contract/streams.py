@@ -167,6 +167,11 @@ class Stream:
         requests_ps, totals = columns(requests)
         return replace(self, requests_ps=requests_ps, totals=totals)
 
+    def moving(self, edges: Sequence[tuple[int, int]] | NDArray[np.int64]) -> Stream:
+        """Return the same requests in another motion."""
+        edges_ps, moves = columns(edges)
+        return replace(self, edges_ps=edges_ps, moves=moves)
+
     def later(self, by_ps: int) -> Stream:
         """Return it with everything so much later after power-up."""
         return replace(

@@ -72,9 +72,8 @@ class Margin:
         seen = run.judgement
         if seen.separation_ps is not None:
             before = self.separation_in
-            narrower = self.separation_ps is None or seen.separation_ps < self.separation_ps
-            shorter = before is not None and len(run.case.stream) < len(before.case.stream)
-            if narrower or (seen.separation_ps == self.separation_ps and shorter):
+            narrow = seen.separation_ps, len(run.case.stream)
+            if before is None or narrow < (self.separation_ps, len(before.case.stream)):
                 self.separation_ps, self.separation_in = seen.separation_ps, run
         if seen.pulse_ps is not None:
             self.pulse_ps = min(seen.pulse_ps, self.pulse_ps or seen.pulse_ps)
@@ -83,13 +82,6 @@ class Margin:
 
 class Trials:
     """An algorithm on the bench.
-
-    Parameters
-    ----------
-    algorithm
-        The algorithm, whatever it is written in.
-    contract
-        What is asked of it.
 
     Examples
     --------
@@ -106,6 +98,7 @@ class Trials:
         self.algorithm, self.contract = algorithm, contract
         self.margin = Margin()
         self.made = 0
+        self._windows: dict[tuple[int, int, int], tuple[int, int] | None] = {}
         self.watch: Callable[[], None] = lambda: None
         """Called now and then while runs are made."""
         self.settle_ps = 2 * _FIRST_LOOK_PS
@@ -143,13 +136,7 @@ class Trials:
         return next((run for run in self.all_of(waiting) if not run.right), None), made + len(waiting)
 
     def measure_settling(self) -> Run | None:
-        """Find how long a step at rest takes in each state in which the algorithm inserts.
-
-        Returns
-        -------
-        Run or None
-            The first run that is wrong, or unfinished after a second.
-        """
+        """Find how long a step at rest takes in each state; return the first run that is wrong, or none."""
         longest_ps, quarter_ps = 0, self.contract.quarter_ps
         first_wrong: Run | None = None
         for state, sign, direction in product(self.contract.states, (1, -1), (0, 1, -1)):
@@ -185,6 +172,19 @@ class Trials:
         """Return a case that ends at rest."""
         return Case(title=title, stream=self.settled(stream), must_finish=stream.final_state in self.contract.states)
 
+    @property
+    def asked_ps(self) -> int:
+        """Return when a request comes in a run that begins at rest."""
+        return self.contract.quarter_ps + self.settle_ps
+
+    def at_rest(self, state: int, sign: int) -> tuple[Case, tuple[int, int] | None]:
+        """Return a step at rest, and when its insertion begins and ends, measured once; None where there is none."""
+        case = self.case("an insertion at rest", Stream.of(state, (), [(self.asked_ps, sign)], 1))
+        key = state, sign, self.settle_ps
+        if key not in self._windows:
+            self._windows[key] = self.window(case)
+        return case, self._windows[key]
+
     def window(self, case: Case) -> tuple[int, int] | None:
         """Return when the last insertion of a case begins and ends; None where there is none.
 
@@ -211,13 +211,6 @@ class Trials:
 
 def write_run(run: Run, file: Path) -> None:
     """Write what went in and what came out: lines, states, counts, totals, insertions, and the moment of a fault.
-
-    Parameters
-    ----------
-    run
-        Made by `Trials`.
-    file
-        One that exists is replaced once the new one is complete.
 
     Raises
     ------

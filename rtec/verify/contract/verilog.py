@@ -1,29 +1,39 @@
-"""The Verilog interface: a module clocked by Verilator or Icarus Verilog, whichever is installed."""
+"""The Verilog interface: a module built by Verilator, in a process of its own."""
 
 from __future__ import annotations
 
-import shutil
+import os
+import re
+import select
+import signal
+import subprocess
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
+
 from rtec.closing import Closing
-from rtec.errors import ArgumentError, RtecError, unknown
+from rtec.errors import ArgumentError, OutputError
 from rtec.injector import Reach, Response, Stimulus
 from rtec.io import read_bytes
 from rtec.units import FREQUENCY, PS_PER_S, parse_exact, parse_quantity
-from rtec.verify.contract._build_sandbox import BuildSandbox
-from rtec.verify.contract._icarus import Icarus
-from rtec.verify.contract._verilator import Verilator
-from rtec.verify.contract._verilog_runs import response_of
+from rtec.verify.contract._process_group import begin_group, end_group, signal_group
+from rtec.verify.contract._verilator import build
+from rtec.verify.contract._verilog_runs import Runs, response_of, stream_rows
 from rtec.verify.contract.verilog_pins import Pins
 
-SIMULATORS: dict[str, tuple[str, type[Verilator | Icarus]]] = {
-    "verilator": ("verilator", Verilator),
-    "icarus": ("iverilog", Icarus),
-}
-"""Program, which is its package on Debian, too, and what it is; the first one installed is taken."""
-_BATCH = 100_000
-"""Changes that one process plays: what comes out of it is held in memory."""
+SILENT_S = 10.0
+"""A simulation that shows no sign of life for so long is told to end."""
+_GRACE_S = 1.0
+"""So long it may still write what it knows."""
+_ROW = 6 * 8
+_PLAYS = 3
+"""Registers that the design leaves open are all 0 in the first play, all 1 in the second, random in the third."""
+_ALL_PLAYED = np.int64(6).tobytes()
+_TOLD_TO_END = 4
+"""Exit code of a simulation behind SIGTERM, or that has printed more than 50 MB."""
 
 
 def clock_of(text: str) -> tuple[int, int]:
@@ -54,11 +64,10 @@ class VerilogAlgorithm(Closing):
     Before time 0 the module is reset, where it has a reset, and clocked on for 100 ticks with A and B at their levels
     of power-up and nothing requested. A tick of the clock is at time 0. A and B and the requested total change when
     they change, without regard to the clock; what changes at the instant of a tick is seen by the next one. The
-    module's other files are looked for beside it by their names. Delays (``#5``) are an error with Verilator.
+    module's other files are looked for beside it by their names. Delays (``#5``) are an error.
 
-    Outputs that are X or Z behind time 0 (Icarus Verilog), or that differ with what registers hold at power-up that
-    nothing sets (Verilator: all 0, all 1, random), break the run, as do ``$finish``, logic that does not settle, and
-    10 s without progress.
+    Outputs that differ with what registers hold at power-up that nothing sets (all 0, all 1, random) break the run,
+    as do ``$finish``, logic that does not settle, and 10 s without progress.
 
     A design at rest is not clocked on: where all that it remembers is the same at two ticks in a row, with nothing in
     or out between them, the ticks up to the next input are left out. Where that cannot be known, every tick is
@@ -74,13 +83,12 @@ class VerilogAlgorithm(Closing):
         Which port is what.
     clock_ps
         Period of its clock in ps, a ratio of whole numbers (`clock_of`).
-    simulator
-        ``"verilator"`` (5 or newer), ``"icarus"``, or None: the first of them that is installed.
 
     Raises
     ------
     RtecError
-        No simulator, a file that does not build (with the line of the first error), ports that are not there.
+        No Verilator (5 or newer), a file that does not build (with the line of the first error), ports that are not
+        there, no room for what is built.
 
     Examples
     --------
@@ -92,15 +100,19 @@ class VerilogAlgorithm(Closing):
         judge(stimulus, response, Contract.of(Design.C))
     """
 
-    def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int], simulator: str | None = None) -> None:
+    def __init__(self, file: Path, *, pins: Pins, clock_ps: tuple[int, int]) -> None:
         read_bytes(file, "a Verilog file")
         self._file, self._pins = file, pins
-        self.simulator, kind = _chosen(simulator)
-        self._shop = BuildSandbox()
+        self._simulation: subprocess.Popen[bytes] | None = None
         try:
-            self._simulator = kind(self._shop, file.resolve(), pins, clock_ps)
+            self._folder = tempfile.TemporaryDirectory(prefix="rtec-", ignore_cleanup_errors=True)
+        except OSError as error:
+            said = error.strerror or str(error)
+            raise OutputError(f"no temporary folder: {said}; TMPDIR names one that can be written to") from error
+        try:
+            self._built = build(Path(self._folder.name), file.resolve(), pins, clock_ps)
         except BaseException:
-            self._shop.close()
+            self.close()
             raise
 
     @property
@@ -111,17 +123,17 @@ class VerilogAlgorithm(Closing):
     @property
     def note(self) -> str:
         """Return why every tick is simulated, or nothing where a design at rest needs none."""
-        if self._simulator.may_rest:
+        if self._built.may_rest:
             return ""
         return (
-            "clocked at every tick, which takes longer: it reads the time, files or random numbers, delays something "
-            "or keeps values that cannot be compared; --tries 300 shortens the hunt"
+            "clocked at every tick, which takes longer: it reads the time, files or random numbers, or keeps values "
+            "that cannot be compared; --tries 300 shortens the hunt"
         )
 
     @property
     def reach(self) -> Reach:
         """Return what the port for requests holds."""
-        return Reach(total=2 ** (self._simulator.widths[self._pins.requested] - 1) - 1)
+        return Reach(total=2 ** (self._built.widths[self._pins.requested] - 1) - 1)
 
     def play(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Return what comes out for each stimulus.
@@ -134,40 +146,87 @@ class VerilogAlgorithm(Closing):
         for stimulus in stimuli:
             self._check_totals(stimulus)
         responses: list[Response] = []
-        while len(responses) < len(stimuli):
-            batch = _batch(stimuli[len(responses) :])
-            runs = self._simulator.play(batch)
-            responses += [response_of(*pair, self._pins) for pair in zip(batch, runs, strict=True)]
+        while len(responses) < len(stimuli):  # behind a stream that ended the process it is begun again
+            rest = stimuli[len(responses) :]
+            responses += [
+                response_of(stimulus, runs, self._pins)
+                for stimulus, runs in zip(rest, self._runs(rest), strict=False)
+            ]
         return responses
 
     def close(self) -> None:
-        """Remove what was built."""
-        self._shop.close()
+        """End the simulation and remove what was built."""
+        if self._simulation is not None:
+            end_group(self._simulation)
+        self._folder.cleanup()
 
     def _check_totals(self, stimulus: Stimulus) -> None:
-        bits = self._simulator.widths[self._pins.requested]
-        top = 2 ** (bits - 1)
-        for total in (stimulus.requests.totals.min(initial=0), stimulus.requests.totals.max(initial=0)):
-            if not -top <= total < top:
+        most, totals = self.reach.total, stimulus.requests.totals
+        for total in (totals.min(initial=0), totals.max(initial=0)):
+            if not -most - 1 <= total <= most:
+                bits = self._built.widths[self._pins.requested]
                 where = f"{self._pins.where}: requested"
-                raise ArgumentError(where, f"a total of {total} on {bits} bits", f"totals from {-top} to {top - 1}")
+                raise ArgumentError(where, f"a total of {total} on {bits} bits", f"totals from {-most - 1} to {most}")
+
+    def _runs(self, stimuli: Sequence[Stimulus]) -> list[Runs]:
+        """Return the plays of each stream, up to the first that ends the process."""
+        if self._simulation is None or self._simulation.poll() is not None:
+            with self._said.open("wb") as said:
+                self._simulation = begin_group(
+                    [str(self._built.program)], folder=self._file.resolve().parent, stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE, stderr=said,
+                )  # fmt: skip
+        changes = [stream_rows(stimulus) for stimulus in stimuli]
+        numbers = np.concatenate(
+            [
+                np.append([stimulus.until_ps, stimulus.edges.initial, len(rows)], rows)
+                for stimulus, rows in zip(stimuli, changes, strict=True)
+            ]
+        )
+        # a sane design writes less about such streams, with room to spare
+        most_bytes = 100_000_000 + 10_000 * sum(map(len, changes))
+        answer = _answer_of(self._simulation, np.append(numbers.size, numbers).tobytes(), most_bytes)
+        rows = np.frombuffer(answer[: len(answer) // _ROW * _ROW], np.int64).reshape(-1, 6)
+        *plays, rest = np.split(rows, np.flatnonzero((rows[:, 0] == 3) | (rows[:, 0] == 4)) + 1)
+        runs = [Runs(plays[k : k + _PLAYS]) for k in range(0, len(plays) - _PLAYS + 1, _PLAYS)]
+        return runs if len(runs) == len(stimuli) else [*runs, Runs([rest], self._why_it_ended(self._simulation))]
+
+    def _why_it_ended(self, simulation: subprocess.Popen[bytes]) -> str:
+        """Return what the simulation says, or nothing where it was told to end."""
+        with suppress(subprocess.TimeoutExpired):
+            simulation.wait(_GRACE_S)
+        end_group(simulation)
+        if simulation.returncode in (_TOLD_TO_END, -signal.SIGKILL):
+            return ""
+        errors = re.findall(r"^%Error: ?(.*)$", self._said.read_text("utf-8", "replace"), re.MULTILINE)
+        if any("converge" in error for error in errors):
+            return "its combinational logic does not settle"
+        return errors[-1] if errors else f"the simulation ended with code {simulation.returncode}"
+
+    @property
+    def _said(self) -> Path:
+        return Path(self._folder.name) / "said"
 
 
-def _chosen(simulator: str | None) -> tuple[str, type[Verilator | Icarus]]:
-    if simulator is not None and simulator not in SIMULATORS:
-        raise unknown("simulator", simulator, SIMULATORS, noun="simulator")
-    for name, (program, kind) in SIMULATORS.items():
-        if simulator in {None, name} and shutil.which(program) is not None:
-            return name, kind
-    package = "verilator (or iverilog)" if simulator is None else SIMULATORS[simulator][0]
-    raise RtecError(f"no simulator for Verilog found on the path; on Debian and Ubuntu: apt install {package}")
+def _answer_of(simulation: subprocess.Popen[bytes], question: bytes, most_bytes: int) -> bytes:
+    """Return the answer to a question, or as much of it as came before the simulation ended."""
+    into, out = simulation.stdin, simulation.stdout
+    assert into is not None and out is not None  # noqa: S101 - it was begun with pipes
+    answer, endings = bytearray(), [signal.SIGKILL, signal.SIGTERM]
+    with suppress(OSError):  # it has ended, which its answer will show
+        into.write(question)
+    while not _is_whole(answer):
+        silent = not select.select([out], [], [], SILENT_S if len(endings) == 2 else _GRACE_S)[0]
+        if silent or len(answer) > most_bytes:
+            if not endings:
+                break
+            signal_group(simulation, endings.pop())
+        elif part := os.read(out.fileno(), 1 << 20):
+            answer += part
+        else:
+            break
+    return bytes(answer)
 
 
-def _batch(stimuli: Sequence[Stimulus]) -> Sequence[Stimulus]:
-    """Return as many of the first ones as one process plays, at least one."""
-    changes = 0
-    for index, stimulus in enumerate(stimuli):
-        changes += len(stimulus.edges) + len(stimulus.requests) + 100
-        if changes > _BATCH and index:
-            return stimuli[:index]
-    return stimuli
+def _is_whole(answer: bytes | bytearray) -> bool:
+    return len(answer) % _ROW == 0 and answer[-_ROW : 8 - _ROW] == _ALL_PLAYED

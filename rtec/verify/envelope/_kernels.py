@@ -63,33 +63,11 @@ def judge(
 
 @array_kernel
 def sweep(
-    b: Record,
-    raw_b: Bytes,
-    kept_b: Bytes,
-    cpu: Any,
-    m: Bytes,
-    kept_m: Bytes,
-    h: Longs,
-    kept_h: Longs,
-    log: Longs,
-    receivers: Any,
-    raw_receivers: Bytes,
-    kept_receivers: Bytes,
-    spread_ps: int,
-    times_ps: Longs,
-    levels: Bytes,
-    net: int,
-    shifts_ps: Longs,
-    ask_at: int,
-    total: int,
-    flags: int,
-    tail_ps: int,
-    reading_ps: int,
-    step_counts: int,
-    stop: bool,
-    verdicts: Bytes,
-    moving: Bytes,
-) -> int:
+    b: Record, raw_b: Bytes, kept_b: Bytes, cpu: Any, m: Bytes, kept_m: Bytes, h: Longs, kept_h: Longs, log: Longs,
+    receivers: Any, raw_receivers: Bytes, kept_receivers: Bytes, spread_ps: int, times_ps: Longs, levels: Bytes,
+    net: int, shifts_ps: Longs, ask_at: int, total: int, flags: int, tail_ps: int, reading_ps: int,
+    step_counts: int, stop: bool, verdicts: Bytes, moving: Bytes,
+) -> int:  # fmt: skip
     """Carry out a trial for each shift of the motion; return the number of trials made.
 
     ``moving`` tells where all was completed before the axis came to rest. With ``stop`` the first that fails is the

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from rtec.signal import EdgeStream
+from rtec.board.board import Snapshot
 from rtec.units import PS_PER_S
-from rtec.verify.envelope import _kernels as kernels
-from rtec.verify.envelope.bench import Longs, Moment, Motion, PhaseSweepBench, levels, shaken
-from rtec.verify.envelope.trials import Streams, largest_safe
+from rtec.verify.envelope.bench import Longs, Motion, PhaseSweepBench
+from rtec.verify.envelope.trials import HARMFUL, largest_safe, phases_ps, shaken, streams
 
 _PHASES = 8
 _STEPS = 4
@@ -27,76 +25,50 @@ _BEGIN, _RUN_CYCLES = 0.6, 150
 """Readings from an answer to the PC to the first transition, and cycles from the next answer to the kept moment."""
 _PLACES, _JOINTS = 16, 2
 """A ramp begins behind up to so many transitions, at so many places between two: wherever the program is by then."""
-_HARMFUL = (kernels.ILLEGAL, kernels.WRONG_COUNT, kernels.FAULT)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gate:
-    """What the speed gate does."""
-
-    gate_hz: float | None
-    """Largest steady frequency at which something is still inserted; None where nothing ever is in motion."""
-    max_acceleration_counts_s2: float | None
-    """Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
-    smallest one tried already breaks one, None where none does or nothing is inserted in motion."""
 
 
 def gate_of(
     bench: PhaseSweepBench, safe_hz: float, jitter_ps: int = 0, *, top_hz: float = math.inf, phases: int = 2
-) -> Gate:
-    """Return what the speed gate of a board does.
+) -> tuple[float | None, float | None]:
+    """Return what the speed gate of a board does; up to ``safe_hz`` bursts or streams are safe.
 
-    Parameters
-    ----------
-    bench
-        The board.
-    safe_hz
-        Up to which bursts or streams are safe.
-    jitter_ps
-        Bound of the encoder's jitter, taken at its worst.
-    top_hz
-        Beyond this nothing is tried: lines that pass through the processor are lost there, gate or not.
-    phases
-        Between transitions and program, from which ramps begin.
+    Returns
+    -------
+    gate_hz
+        Largest steady frequency at which something is still inserted; None where nothing ever is in motion.
+    max_acceleration_counts_s2
+        Largest acceleration at which every insertion that the gate lets through is over in time; 0.0 where the
+        smallest one tried already breaks one, None where none does or nothing is inserted in motion.
+
+    Notes
+    -----
+    Beyond ``top_hz`` nothing is tried: lines that pass through the processor are lost there, gate or not. Ramps begin
+    from so many phases between transitions and program.
     """
-    streams = Streams(bench, jitter_ps, owed=(1, -1))
 
     def refuses(frequency_hz: float) -> bool | None:
-        return None if _inserts(streams, frequency_hz) else True
+        return None if _inserts(bench, frequency_hz, jitter_ps) else True
 
-    limit = largest_safe(refuses, safe_hz / _BELOW, min(4.0 * safe_hz, top_hz), steps=_STEPS)
-    gate_hz = limit.safe
+    gate_hz = largest_safe(refuses, safe_hz / _BELOW, min(4.0 * safe_hz, top_hz), steps=_STEPS).safe
     if gate_hz == 0.0:
-        return Gate(gate_hz=None, max_acceleration_counts_s2=None)
+        return None, None
     last_hz = min(max(_TO * gate_hz, _BEYOND * safe_hz), top_hz)
-    return Gate(
-        gate_hz=gate_hz,
-        max_acceleration_counts_s2=_acceleration(bench, gate_hz, last_hz, jitter_ps, phases),
+    return gate_hz, _acceleration(bench, gate_hz, last_hz, jitter_ps, phases)
+
+
+def _inserts(bench: PhaseSweepBench, frequency_hz: float, jitter_ps: int) -> bool:
+    shifts_ps = phases_ps(bench, frequency_hz, _PHASES)
+    return any(
+        bench.sweep(bench.rested, motion, some, stop=False)[1].any()
+        for some in (shifts_ps[:1], shifts_ps[1:])
+        for motion in streams(bench, frequency_hz, jitter_ps)
     )
 
 
-def _inserts(streams: Streams, frequency_hz: float) -> bool:
-    bench, shifts_ps = streams.bench, streams.phases_ps(frequency_hz, _PHASES)
-    for some in (shifts_ps[:1], shifts_ps[1:]):
-        for motion in streams.motions(frequency_hz):
-            if bench.sweep(bench.rested, motion, some, stop=False)[1].any():
-                return True
-    return False
-
-
 def ramp(speed: float, acceleration: float, steady: int, joint: float, last: float) -> Longs:
-    """Return the times of transitions at a speed that grows from a moment on.
+    """Return the times of transitions at a speed in counts/s that grows, by counts/s², behind some steady ones.
 
-    Parameters
-    ----------
-    speed, acceleration
-        Counts a second, and a second squared.
-    steady
-        Transitions before it begins to grow.
-    joint
-        Where between two transitions that is, 0..1.
-    last
-        Speed up to which it grows, counts a second; at least eight transitions are made.
+    It begins to grow at a joint of 0..1 between two, and does so up to the last speed, for at least 8 transitions.
 
     Examples
     --------
@@ -116,44 +88,37 @@ def _acceleration(
 ) -> float | None:
     speed, slow = 4.0 * gate_hz, _FROM * 4.0 * gate_hz
     running = [
-        (_running(bench, slow, direction, sign, phase / phases), direction, sign)
+        (*_running(bench, slow, direction, sign, phase / phases), direction, sign)
         for direction in (1, -1)
         for sign in (1, -1)
         for phase in range(phases)
     ]
-    at_once = np.zeros(1, np.int64)
 
     def breaks(share: float) -> bool | None:
         for steady in range(_PLACES * _JOINTS):
             times_ps = ramp(slow, share * speed**2, steady // _JOINTS, steady % _JOINTS / _JOINTS, 4.0 * last_hz)
             times_ps = shaken(times_ps, jitter_ps)
-            for moment, direction, sign in running:
+            for moment, first_ps, direction, sign in running:
                 motion = Motion(times_ps=times_ps, direction=direction, total=sign * _OWED)
-                if bench.sweep(moment, motion, at_once)[0][0] in _HARMFUL:
+                if bench.sweep(moment, motion, np.array([first_ps]))[0][0] in HARMFUL:
                     return True
         return None
 
-    first = _FIRST
-    limit = largest_safe(breaks, first, _LARGEST, steps=2)
-    while limit.safe == 0.0 and first > _SMALLEST:
-        first /= 4.0
-        limit = largest_safe(breaks, first, 4.0 * first, steps=2)
+    limit = largest_safe(breaks, _FIRST, _LARGEST, steps=2, least=_SMALLEST, lower=4.0)
     return None if limit.failure is None else limit.safe * speed**2
 
 
-def _running(bench: PhaseSweepBench, speed: float, direction: int, sign: int, phase: float) -> Moment:
-    """Return a moment in which the axis moves at a steady speed and insertions are made."""
-    board = bench.board
-    board.restore(bench.rested.kept)
-    board.idle(until_ps=board.now_ps + bench.reading_ps)
-    begin_ps = (int(board.state.published_ps) - board.now_ps) % bench.reading_ps + round(_BEGIN * bench.reading_ps)
-    board.idle(until_ps=board.now_ps + begin_ps)
-    board.ask(sign * _OWED, large=True)  # read once the axis moves: nothing is inserted at rest
-    run_ps = (1.0 - _BEGIN) * bench.reading_ps + _RUN_CYCLES * bench.cycle_ps
+def _running(bench: PhaseSweepBench, speed: float, direction: int, sign: int, phase: float) -> tuple[Snapshot, int]:
+    """Return a moment in which the axis moves at a steady speed and insertions are made, and when it goes on."""
+    bench.reset(bench.rested)
+    bench.run_readings(1.0)
+    answered_ps = int(bench.board.state.published_ps)
+    bench.run_for((answered_ps - bench.now_ps) % bench.reading_ps + round(_BEGIN * bench.reading_ps))
+    bench.board.ask(sign * _OWED, large=True)  # read once the axis moves: nothing is inserted at rest
+    run_ps = (1.0 - _BEGIN) * bench.reading_ps + bench.cycles_ps(_RUN_CYCLES)
     count = max(4, round(speed * run_ps / PS_PER_S))
     between_ps = PS_PER_S / speed
-    times_ps = np.round((np.arange(count + 1) + phase) * between_ps).astype(np.int64) + board.now_ps
-    motion = Motion(times_ps=times_ps[:-1], direction=direction, total=sign * _OWED)
-    sent = EdgeStream(motion.times_ps, levels(motion, bench.rested), initial=0)
-    board.process(sent, until_ps=int(times_ps[-1]) - round(0.05 * between_ps))
-    return Moment(kept=board.snapshot(), at_ps=int(times_ps[-1]), state=direction * count % 4)
+    times_ps = np.round((np.arange(count + 1) + phase) * between_ps).astype(np.int64) + bench.now_ps
+    bench.edges(times_ps[:-1], direction)
+    bench.run_until(int(times_ps[-1]) - round(0.05 * between_ps))
+    return bench.keep(), int(times_ps[-1]) - bench.now_ps

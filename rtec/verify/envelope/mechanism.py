@@ -9,8 +9,8 @@ import numpy as np
 from rtec.signal import ILLEGAL, EdgeStream, count_deltas
 from rtec.units import PS_PER_S
 from rtec.verify.envelope import _kernels as kernels
-from rtec.verify.envelope.bench import IDEAL, Longs, PhaseSweepBench, Shown
-from rtec.verify.envelope.trials import Bursts, Failure, Streams
+from rtec.verify.envelope.bench import IDEAL, Longs
+from rtec.verify.envelope.trials import Failure, Limit, Trials
 
 _RAISED = 1.05
 """By so much faster a failing trial is tried with an ideal decoder, to tell the filter's share from the box's."""
@@ -33,55 +33,45 @@ class Mechanism(enum.Enum):
     """The program never inserts."""
 
 
-def mechanism_of(bench: PhaseSweepBench, failure: Failure, trials: Bursts | Streams) -> Mechanism:
-    """Return what broke in a failing trial.
-
-    Parameters
-    ----------
-    bench
-        The board.
-    failure
-        The trial.
-    trials
-        Those that it is one of.
-    """
+def mechanism_of(limit: Limit[Failure], trials: Trials) -> Mechanism:
+    """Return what broke in the trial just above the limit of some trials."""
+    failure, bench = limit.failure, trials.bench
+    if failure is None:
+        return Mechanism.FILTER if limit.safe else Mechanism.NO_ANSWER
     if failure.verdict == kernels.NOT_COMPLETED:
-        return Mechanism.GATE
-    shown = bench.show(failure.moment, failure.motion, failure.shift_ps)
-    counts = shown.seen.counts()
-    inserted = bench.design.step_counts * shown.completed
-    if counts.illegal == 0 and counts.net == shown.sent.counts().net + inserted:  # whatever the controller made of it
-        failing = _with_ideal_decoder(bench, failure, trials)
+        return Mechanism.GATE if limit.safe else Mechanism.NO_ANSWER
+    bench.play(failure.moment, failure.motion, failure.phase_clocks)
+    counts = bench.controller.counts()
+    inserted = bench.design.step_counts * bench.words.completed
+    if counts.illegal == 0 and counts.net == bench.encoder_counts + inserted:  # whatever the controller made of it
+        failing = _with_ideal_decoder(failure, trials)
         if failing is None:
             return Mechanism.FILTER
-        failure, shown = failing, bench.show(failing.moment, failing.motion, failing.shift_ps)
-    through_gates = np.isin(shown.sent.times_ps, shown.seen.times_ps).mean() > 0.5
-    if through_gates:
-        return _at_gates(bench, failure, shown, trials)
-    return through_processor(shown.sent, shown.seen)
+        failure = failing
+        bench.play(failing.moment, failing.motion, failing.phase_clocks)
+    sent, seen = bench.encoder, bench.controller
+    if np.isin(sent.times_ps, seen.times_ps).mean() <= 0.5:
+        return through_processor(sent, seen)
+    # at the gates: two transitions within a period of the looks, or one within an insertion
+    own = own_changes(sent, seen)
+    loop_ps = bench.cycles_ps(trials.loop_cycles)
+    if own.size == 0 or PS_PER_S / (4.0 * failure.frequency_hz) <= loop_ps:
+        return Mechanism.POLLING
+    return Mechanism.WINDOW if np.any(sent.times_ps[1:] <= own[-1]) else Mechanism.POLLING
 
 
-def _with_ideal_decoder(bench: PhaseSweepBench, failure: Failure, trials: Bursts | Streams) -> Failure | None:
+def _with_ideal_decoder(failure: Failure, trials: Trials) -> Failure | None:
     """Return what fails a little faster even without a filter; None where the filter alone was in the way."""
-    before, bench.controller = bench.controller, IDEAL
+    before, trials.bench.controller_input = trials.bench.controller_input, IDEAL
     try:
         return trials.fails(failure.frequency_hz * _RAISED)
     finally:
-        bench.controller = before
+        trials.bench.controller_input = before
 
 
-def own_changes(shown: Shown) -> Longs:
+def own_changes(sent: EdgeStream, seen: EdgeStream) -> Longs:
     """Return the times at which the controller sees a change that no transition made."""
-    return shown.seen.times_ps[~np.isin(shown.seen.times_ps, shown.sent.times_ps)]
-
-
-def _at_gates(bench: PhaseSweepBench, failure: Failure, shown: Shown, trials: Bursts | Streams) -> Mechanism:
-    """Tell the insertion window from polling: two transitions within a period of the looks."""
-    own, sent = own_changes(shown), shown.sent.times_ps
-    loop_ps = trials.loop_cycles * bench.cycle_ps if isinstance(trials, Bursts) else 0.0
-    if own.size == 0 or PS_PER_S / (4.0 * failure.frequency_hz) <= loop_ps:
-        return Mechanism.POLLING
-    return Mechanism.WINDOW if np.any(sent[1:] <= own[-1]) else Mechanism.POLLING
+    return seen.times_ps[~np.isin(seen.times_ps, sent.times_ps)]
 
 
 def through_processor(sent: EdgeStream, seen: EdgeStream) -> Mechanism:

@@ -8,22 +8,21 @@ from itertools import islice
 
 import numpy as np
 
-from firmware_model import Image
 from rtec.axis import Program
 from rtec.axis.motion import ACCELERATION_HZ_S, MotionKind
-from rtec.board import Microcontroller
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
+from rtec.verify.bench import Bench
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.frequencies import Does, Frequencies, search
 from rtec.verify.contract.judge import Fault
+from rtec.verify.contract.motion_outcome import Outcome, outcome_of
 from rtec.verify.contract.motions import motion_cases
 from rtec.verify.contract.speeds import Speeds
 from rtec.verify.contract.trials import Run, Trials
-from rtec.verify.envelope.mechanism import Mechanism, through_processor
+from rtec.verify.envelope.mechanism import Mechanism, own_changes, through_processor
 from rtec.verify.envelope.speeds import TO_HZ, passing_alone
 from rtec.verify.firmware.algorithm import Firmware
-from rtec.verify.firmware.bench import Bench
 
 _FROM_HZ = 1.0e3
 _LOOP_CYCLES = 2
@@ -59,46 +58,18 @@ class InMotion:
         whole_within("seed", self.seed, 0, 2**63 - 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MotionLimit:
-    """What a board does in a motion."""
-
-    speeds: Speeds
-    """What it does with each frequency as the top speed."""
-    limited_by: Mechanism
-    """What breaks first."""
-    trials: int
-    """Runs made."""
-
-
 def limit_in_motion(
-    design: Design,
-    processor: Microcontroller,
-    image: Image,
-    motion: InMotion,
-    top_hz: float,
-    *,
-    hold_latch: bool,
-    progress: Callable[[float], None] = lambda share: None,
-) -> MotionLimit:
-    """Return what a board does in a motion; one that inserts nothing at rest does nothing in any.
+    bench: Bench, motion: InMotion, top_hz: float, progress: Callable[[float], None] = lambda share: None
+) -> tuple[Speeds, Mechanism, int]:
+    """Return what a board does with each frequency as the top speed of a motion, what breaks first, and runs made.
 
-    Parameters
-    ----------
-    design, processor, image, hold_latch
-        The board.
-    motion
-        How the axis moves.
-    top_hz
-        What it does there is of interest.
-    progress
-        Called with the share done.
+    The board comes from power-up; one that inserts nothing at rest does nothing in any motion.
     """
-    board = Firmware(Bench(design, processor, image, hold_latch=hold_latch))
+    board, design = Firmware(bench), bench.design
     contract = replace(Contract.of(design), delay_ps=board.delay_ps, acceleration_hz_s=motion.acceleration_hz_s)
     rest = Trials(board, contract)
     if rest.measure_settling() is not None:
-        return MotionLimit(speeds=passing_alone(0.0, top_hz), limited_by=Mechanism.NO_ANSWER, trials=0)
+        return passing_alone(0.0, top_hz), Mechanism.NO_ANSWER, 0
     cases = motion_cases(motion.kind, program=motion.program, seed=motion.seed)
     wrong: dict[float, Run] = {}
     made = rest.made
@@ -113,32 +84,24 @@ def limit_in_motion(
             if not run.right:
                 wrong[hertz] = run
                 break
-            deferred = deferred or _deferred(run, rest.settle_ps, board.bench.reading_ps)
+            # the program says in the reading behind an insertion what it has inserted
+            if not deferred and _moved_on(run, rest.settle_ps):
+                deferred = outcome_of(run, contract, late_ps=bench.reading_ps) is Outcome.DEFERRED
         made += trials.made
         return Does.FAILS if hertz in wrong else Does.PASSES if deferred else Does.INSERTS
 
     found = search(does, top_hz, from_hz=_FROM_HZ, to_hz=TO_HZ, digits=_DIGITS, deeper=0, progress=progress)
     while (limit_hz := found.max_passing_hz) and does(limit_hz, every=1) is Does.FAILS:
         found = Frequencies(rows=tuple((hz, Does.FAILS if hz == limit_hz else what) for hz, what in found.rows))
-    first, cycle_ps = wrong[min(wrong)] if wrong else None, board.bench.board.microcontroller.cycle_ps
-    return MotionLimit(
-        speeds=Speeds(frequencies=found, top_hz=top_hz, first_wrong=first),
-        limited_by=Mechanism.GATE
-        if first is None
-        else broken_in(first, design, _LOOP_CYCLES * cycle_ps[0] / cycle_ps[1]),
-        trials=made,
-    )
+    first = wrong[min(wrong)] if wrong else None
+    limited_by = Mechanism.GATE if first is None else broken_in(first, design, bench.cycles_ps(_LOOP_CYCLES))
+    return Speeds(frequencies=found, top_hz=top_hz, first_wrong=first), limited_by, made
 
 
-def _deferred(run: Run, settle_ps: int, reading_ps: int) -> bool:
-    """Return whether a step was put off until the axis rested, though it moved for longer than a step takes.
-
-    The program says in the reading behind an insertion what it has inserted.
-    """
-    stream, done = run.case.stream, run.response.completed
-    if not stream.edges_ps.size or stream.edges_ps[-1] - stream.requests_ps[-1] < settle_ps:
-        return False
-    return done.final != stream.totals[-1] or bool(done.times_ps[-1] > stream.edges_ps[-1] + reading_ps)
+def _moved_on(run: Run, settle_ps: int) -> bool:
+    """Return whether the axis moved for longer than a step takes once it was asked for."""
+    stream = run.case.stream
+    return stream.edges_ps.size > 0 and bool(stream.edges_ps[-1] - stream.requests_ps[-1] >= settle_ps)
 
 
 def broken_in(run: Run, design: Design, loop_ps: float) -> Mechanism:
@@ -152,7 +115,7 @@ def broken_in(run: Run, design: Design, loop_ps: float) -> Mechanism:
         return Mechanism.FILTER
     if design.in_path:
         return through_processor(sent, seen)
-    own_ps = seen.times_ps[~np.isin(seen.times_ps, sent.times_ps)]
+    own_ps = own_changes(sent, seen)
     if own_ps.size == 0:
         return Mechanism.POLLING
     last_ps = sent.times_ps[sent.times_ps <= own_ps[-1]][-2:]

@@ -8,32 +8,26 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from firmware_model import FirmwareError, Image, read_hex
+from firmware_model import FirmwareError, Image
 from rtec.board import MICROCONTROLLERS, Microcontroller
 from rtec.checks import whole_within
 from rtec.errors import RtecError
 from rtec.injector import Design
 from rtec.jobs import Workers
-from rtec.units import PS_PER_S
+from rtec.verify.bench import Bench
 from rtec.verify.contract.frequencies import Does
 from rtec.verify.contract.speeds import Speeds
 from rtec.verify.envelope import _kernels as kernels
 from rtec.verify.envelope.bench import PhaseSweepBench
-from rtec.verify.envelope.gate import Gate, gate_of
+from rtec.verify.envelope.gate import gate_of
 from rtec.verify.envelope.mechanism import Mechanism, mechanism_of
 from rtec.verify.envelope.motion import InMotion, limit_in_motion
 from rtec.verify.envelope.speeds import passing_alone, speeds_of
-from rtec.verify.envelope.trials import STEPS_PER_OCTAVE, Bursts, Failure, Limit, Streams, halved, largest_safe
+from rtec.verify.envelope.trials import Bursts, Failure, Streams, Trials
 
 RAPID_HZ, MODERATE_HZ, GOAL_HZ = 30_000, 100_000, 500_000
 """The demonstration machine's rapid traverse, "moderate by today's standards", and what was "on the horizon"."""
 
-_FIRST_CYCLES = 2000
-"""The first frequency tried has a period of so many cycles of the processor."""
-_SLOWEST_HZ = 20.0
-_TOP_HZ = 20.0e6
-_STRIDE = 61
-"""Clocks between the phases of a reading in the shorter sweep: prime, so that all cycles and their parts are met."""
 _PHASES, _PHASES_EXHAUSTIVE = 2, 4
 """Phases between program and transitions from which ramps begin."""
 _WORDS = {
@@ -109,14 +103,15 @@ class EnvelopeRow:
     """What breaks first."""
     failing: FailingTrial | None
     """The first trial that failed, or None."""
-    gate: Gate | None
-    """What the speed gate does."""
     speeds: Speeds
     """What it does at each frequency, and which jitter and acceleration it stands."""
-    loop_cycles: int | None
-    """Period of the waiting loop; None for a program that passes the lines on."""
     trials: int
     """Made in all."""
+    gate_hz: float | None = None
+    max_acceleration_counts_s2: float | None = None
+    """What the speed gate does (`gate_of`)."""
+    loop_cycles: int | None = None
+    """Period of the waiting loop; None for a program that passes the lines on."""
 
     @property
     def checked_to_hz(self) -> float | None:
@@ -131,12 +126,11 @@ class EnvelopeRow:
         return all(does is not Does.FAILS for _, does in above) if above else None
 
     def _above_gate(self) -> list[tuple[float, Does]]:
-        gate_hz = None if self.gate is None else self.gate.gate_hz
-        if gate_hz is None:
+        if self.gate_hz is None:
             return []
         # lines that pass through the processor are lost above the safe frequency, gate or not
         most_hz = self.max_safe_hz if self.design.in_path else math.inf
-        return [row for row in self.speeds.frequencies.rows if gate_hz < row[0] <= most_hz]
+        return [row for row in self.speeds.frequencies.rows if self.gate_hz < row[0] <= most_hz]
 
     @property
     def reaches_500khz(self) -> bool:
@@ -145,8 +139,7 @@ class EnvelopeRow:
 
     def to_dict(self) -> dict[str, object]:
         """Return the row as plain data under the names that scripts rely on."""
-        plan, gate, speeds = self.plan, self.gate, self.speeds
-        acceleration = None if gate is None else gate.max_acceleration_counts_s2
+        plan, speeds, acceleration = self.plan, self.speeds, self.max_acceleration_counts_s2
         return {
             "design": self.design.value,
             "processor": self.processor.name,
@@ -154,7 +147,7 @@ class EnvelopeRow:
             "max_safe_hz": self.max_safe_hz,
             "limited_by": self.limited_by.value,
             "reaches_500khz": self.reaches_500khz,
-            "gate_hz": None if gate is None else gate.gate_hz,
+            "gate_hz": self.gate_hz,
             "counts_right_above_gate": self.counts_right,
             "checked_to_hz": self.checked_to_hz,
             "max_inserting_hz": speeds.frequencies.max_inserting_hz,
@@ -213,121 +206,59 @@ def find_envelope(plan: EnvelopePlan, progress: Callable[[float], None] = lambda
 def _row(
     plan: EnvelopePlan, design: Design, processor: Microcontroller, progress: Callable[[float], None]
 ) -> EnvelopeRow:
-    if plan.motion is not None:
-        return _row_in_motion(plan, plan.motion, design, processor, progress)
+    row = partial(EnvelopeRow, plan=plan, design=design, processor=processor)
     try:
+        if plan.motion is not None:
+            watched = Bench(design, processor, plan.image, hold_latch=plan.hold_latch)
+            return _in_motion(row, watched, plan.motion, progress)
         bench = PhaseSweepBench(design, processor, plan.image, hold_latch=plan.hold_latch)
     except FirmwareError as error:
         raise RtecError(str(error)) from error
-    trials: Bursts | Streams
+    trials: Trials
     if design.in_path:
-        trials = Streams(bench, plan.jitter_ps, owed=(0,)) if plan.nothing_owed else Streams(bench, plan.jitter_ps)
+        trials = Streams(bench, plan.jitter_ps, asked=not plan.nothing_owed)
     else:
         trials = Bursts(bench, plan.jitter_ps)
     progress(0.1)
-    answers = plan.nothing_owed or isinstance(trials, Streams) or bool(trials.armed)
-    limit = _limit(bench, trials, plan.exhaustive) if answers else Limit[Failure](0.0, None)
+    limit = trials.limit(exhaustive=plan.exhaustive)
     progress(0.5)
-    limited_by = _mechanism(bench, trials, limit)
-    gate = None
-    if limit.safe and not plan.nothing_owed:
-        top_hz = limit.safe if isinstance(trials, Streams) else math.inf
-        phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
-        gate = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
-    progress(0.7)
-    speeds = passing_alone(limit.safe, GOAL_HZ)
+    limited_by, failure = mechanism_of(limit, trials), limit.failure
+    speeds, gate_hz, acceleration = passing_alone(limit.safe, GOAL_HZ), None, None
     if not plan.nothing_owed:
-        speeds = speeds_of(bench, trials, limit.safe, gate, GOAL_HZ)
-    return EnvelopeRow(
-        plan=plan,
-        design=design,
-        processor=processor,
-        max_safe_hz=limit.safe,
-        limited_by=limited_by,
-        failing=None if limit.failure is None else _named(limit.failure),
-        gate=gate,
-        speeds=speeds,
-        loop_cycles=trials.loop_cycles if isinstance(trials, Bursts) and trials.armed else None,
-        trials=bench.trials,
-    )
+        if limit.safe:
+            top_hz = limit.safe if design.in_path else math.inf
+            phases = _PHASES_EXHAUSTIVE if plan.exhaustive else _PHASES
+            gate_hz, acceleration = gate_of(bench, limit.safe, plan.jitter_ps, top_hz=top_hz, phases=phases)
+        progress(0.7)
+        most_hz_s = math.inf if acceleration is None else acceleration / 4.0
+        speeds = speeds_of(trials, limit.safe, most_hz_s, GOAL_HZ)
+    return row(
+        max_safe_hz=limit.safe, limited_by=limited_by, failing=None if failure is None else _named(failure),
+        speeds=speeds, trials=bench.trials, gate_hz=gate_hz, max_acceleration_counts_s2=acceleration,
+        loop_cycles=trials.loop_cycles or None,
+    )  # fmt: skip
 
 
-def _row_in_motion(
-    plan: EnvelopePlan,
-    motion: InMotion,
-    design: Design,
-    processor: Microcontroller,
-    progress: Callable[[float], None],
+def _in_motion(
+    row: Callable[..., EnvelopeRow], bench: Bench, motion: InMotion, progress: Callable[[float], None]
 ) -> EnvelopeRow:
-    try:
-        source = processor.image(design) if plan.image is None else plan.image
-        image = source if isinstance(source, Image) else read_hex(source)
-        found = limit_in_motion(
-            design, processor, image, motion, GOAL_HZ, hold_latch=plan.hold_latch, progress=progress
-        )
-    except FirmwareError as error:
-        raise RtecError(str(error)) from error
-    speeds = found.speeds
+    speeds, limited_by, trials = limit_in_motion(bench, motion, GOAL_HZ, progress)
     wrong, failing = speeds.first_wrong, None
     if wrong is not None:
         at_hz = next(hertz for hertz, does in speeds.frequencies.rows if does is Does.FAILS)
         failing = FailingTrial(frequency_hz=at_hz, what=str(wrong.judgement.violation), stream=str(wrong.case.stream))
-    return EnvelopeRow(
-        plan=plan,
-        design=design,
-        processor=processor,
-        max_safe_hz=speeds.frequencies.max_passing_hz,
-        limited_by=found.limited_by,
-        failing=failing,
-        gate=None,
-        speeds=speeds,
-        loop_cycles=None,
-        trials=found.trials,
-    )
-
-
-def _limit(bench: PhaseSweepBench, trials: Bursts | Streams, exhaustive: bool) -> Limit[Failure]:
-    """Search the limit, then sweep it; phases that fail there are searched, too, until a sweep finds nothing."""
-    first_hz = PS_PER_S / bench.cycle_ps / _FIRST_CYCLES
-    limit = largest_safe(trials.fails, first_hz, _TOP_HZ)
-    while limit.safe == 0.0 and first_hz > _SLOWEST_HZ:
-        first_hz /= 8.0
-        limit = largest_safe(trials.fails, first_hz, 8.0 * first_hz)
-    stride = 1 if exhaustive or isinstance(trials, Streams) else _STRIDE
-    while limit.safe:
-        failure = trials.sweep(limit.safe, stride)
-        if failure is None:
-            break
-        trials.met.append(failure.phase_clocks)
-        limit = _below(trials, failure)
-    return limit
-
-
-def _below(trials: Bursts | Streams, failure: Failure) -> Limit[Failure]:
-    """Return the limit below a failing frequency, with the phases met since."""
-    ratio, failing_hz = 2.0 ** (1.0 / STEPS_PER_OCTAVE), failure.frequency_hz
-    while failing_hz > _SLOWEST_HZ:
-        safe_hz = failing_hz / ratio
-        found = trials.fails(safe_hz)
-        if found is None:
-            return halved(trials.fails, safe_hz, failing_hz, failure)
-        failing_hz, failure = safe_hz, found
-    return Limit(0.0, failure)
-
-
-def _mechanism(bench: PhaseSweepBench, trials: Bursts | Streams, limit: Limit[Failure]) -> Mechanism:
-    if limit.failure is None:
-        return Mechanism.NO_ANSWER if limit.safe == 0.0 else Mechanism.FILTER
-    found = mechanism_of(bench, limit.failure, trials)
-    return Mechanism.NO_ANSWER if found is Mechanism.GATE and limit.safe == 0.0 else found
+    safe_hz = speeds.frequencies.max_passing_hz
+    return row(max_safe_hz=safe_hz, limited_by=limited_by, failing=failing, speeds=speeds, trials=trials)
 
 
 def _named(failure: Failure) -> FailingTrial:
+    motion = failure.motion
     return FailingTrial(
         frequency_hz=failure.frequency_hz,
         phase_clocks=failure.phase_clocks,
-        direction=failure.motion.direction,
-        sign=failure.sign,
-        behind_state=None if failure.into is None else failure.into + 1,
+        direction=motion.direction,
+        sign=(motion.total > 0) - (motion.total < 0),
+        # a steady stream asks on its way, and tells nothing of where it was set off
+        behind_state=None if motion.ask_at >= 0 else (failure.moment.state + motion.direction) % 4 + 1,
         what=_WORDS[failure.verdict],
     )

@@ -8,60 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_model.core._layout import RUNNING, STOP
-from rtec._jit import Record, array_kernel, helper
+from rtec._jit import Record, array_kernel
 from rtec.board._board_kernels import COMPLETED, WORDS, board_ask, play, signed_word
 
 Bytes = NDArray[np.uint8]
 Longs = NDArray[np.int64]
 
 
-@helper
-def tell(said: Longs, told: Longs, at: int, first: int, after: int, begun_ps: int) -> int:
-    """Write down the publications ``first`` to ``after``, in times since the run began; return where they end."""
-    for p in range(first, after):
-        row = p % said.shape[0]
-        told[at, 0] = said[row, 0] - begun_ps
-        told[at, 1] = said[row, 1]
-        told[at, 2] = said[row, 2]
-        at += 1
-    return at
-
-
-@helper
-def edges_before(moved_ps: Longs, here: int, size: int, end_ps: int) -> int:
-    """Return how many of the first ``size`` edges come before ``end_ps``, at least ``here``."""
-    while here < size and moved_ps[here] < end_ps:
-        here += 1
-    return here
-
-
 @array_kernel
 def play_runs(
-    b: Record,
-    raw_b: Bytes,
-    cpu: Any,
-    m: Bytes,
-    h: Longs,
-    log: Longs,
-    kept_b: Bytes,
-    kept_m: Bytes,
-    kept_h: Longs,
-    states: Longs,
-    times_ps: Longs,
-    levels: Bytes,
-    edges: Longs,
-    asked_ps: Longs,
-    totals: Longs,
-    requests: Longs,
-    until_ps: Longs,
-    said: Longs,
-    out_ps: Longs,
-    out_levels: Bytes,
-    outs: Longs,
-    told: Longs,
-    tolds: Longs,
+    b: Record, raw_b: Bytes, cpu: Any, m: Bytes, h: Longs, log: Longs, kept_b: Bytes, kept_m: Bytes, kept_h: Longs,
+    states: Longs, times_ps: Longs, levels: Bytes, edges: Longs, asked_ps: Longs, totals: Longs, requests: Longs,
+    until_ps: Longs, said: Longs, out_ps: Longs, out_levels: Bytes, outs: Longs, told: Longs, tolds: Longs,
     last: Longs,
-) -> int:
+) -> int:  # fmt: skip
     """Make runs up to one that stops the processor or finds no room for what comes out; return how many were made.
 
     Run k begins in row ``states[k]`` of what was kept, takes the edges ``edges[k]`` to ``edges[k + 1]``, and so with
@@ -79,13 +39,12 @@ def play_runs(
         h[:] = kept_h[states[k]]
         begun_ps, published = b.now_ps, b.published
         first, size = edges[k], edges[k + 1] - edges[k]
-        for i in range(size):
-            moved_ps[i] = times_ps[first + i] + begun_ps
+        moved_ps[:size] = times_ps[first : first + size] + begun_ps
         n, taken = outs[k], 0
         for r in range(requests[k], requests[k + 1] + 1):
             asks = r < requests[k + 1]
             end_ps = begun_ps + (asked_ps[r] if asks else until_ps[k])
-            here = edges_before(moved_ps, taken, size, end_ps)
+            here = taken + np.searchsorted(moved_ps[taken:size], end_ps)
             while b.now_ps < end_ps:
                 if out_ps.size - n < 2 * (here - taken) + 16:
                     return k
@@ -99,9 +58,11 @@ def play_runs(
                 board_ask(m, totals[r], 0)
         if h[STOP] != RUNNING or b.published - published > min(said.shape[0], told.shape[0] - tolds[k]):
             return k
-        for j in range(outs[k], n):
-            out_ps[j] -= begun_ps
-        outs[k + 1], tolds[k + 1] = n, tell(said, told, tolds[k], published, b.published, begun_ps)
+        out_ps[outs[k] : n] -= begun_ps
+        outs[k + 1], tolds[k + 1] = n, tolds[k] + b.published - published
+        for p in range(published, b.published):
+            told[tolds[k] + p - published] = said[p % said.shape[0]]
+        told[tolds[k] : tolds[k + 1], 0] -= begun_ps
         last[k, 0] = b.valid
         last[k, 1] = signed_word(m, WORDS + COMPLETED, 2)
     return int(states.size)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence, Sized
+from collections.abc import Sequence, Sized
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec.board.board import PUBLICATIONS, WINDOW_STEPS
+from rtec.board.board import PUBLICATIONS, WINDOW_STEPS, Snapshot
 from rtec.errors import ArgumentError
 from rtec.injector import Break, Reach, Response, Stimulus, Totals
 from rtec.signal import EdgeStream
-from rtec.verify.firmware import handshake
+from rtec.verify.bench import Bench, Failed
 from rtec.verify.firmware._run_kernels import play_runs
-from rtec.verify.firmware.bench import Bench, BenchState, Given
-from rtec.verify.firmware.contract import DOUBT, FATAL, MESSAGES, Failed
+from rtec.verify.firmware.handshake import DOUBT, FATAL, MESSAGES, START
 
 _ROOM = 16_384
 """Changes of the box, and publications, of all runs that are made in one go."""
@@ -24,13 +23,6 @@ _SOONEST_READING_PS = 500_000_000
 
 _LATEST_READINGS = 5
 """A step is inserted by one reading and said in the next; so long the count may be ahead of what is said."""
-
-START: dict[str, Callable[[Bench], str]] = {
-    "starts": handshake.starts,
-    "answers": handshake.answers,
-    "home": handshake.takes_home,
-}
-"""What a program has to do, one after the other, before anything can be asked of it."""
 
 
 class Firmware:
@@ -48,11 +40,9 @@ class Firmware:
 
     Examples
     --------
-    >>> from firmware_model import read_hex
     >>> from rtec.board import Microcontroller
     >>> from rtec.injector import Design
-    >>> chip = Microcontroller.named("8051-12mhz")
-    >>> board = Firmware(Bench(Design.C, chip, read_hex(chip.image(Design.C)), hold_latch=True))
+    >>> board = Firmware(Bench(Design.C, Microcontroller.named("8051-12mhz"), hold_latch=True))
     >>> asked = Stimulus(edges=EdgeStream([], [], initial=3), requests=Totals([1_000], [1]), until_ps=10**10)
     >>> response = board.play([asked])[0]
     >>> response.edges.counts().net, response.completed.final
@@ -62,26 +52,21 @@ class Firmware:
     def __init__(self, bench: Bench, *, homed: bool = False) -> None:
         self.bench = bench
         self._broken: Break | None = None
-        self._homes: dict[int, BenchState] = {}
+        self._homes: dict[int, Snapshot] = {}
         """By the level code at which a run begins."""
-        self._kept: tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.int64]]
-        """Of board, memory and hidden state a row for each of them."""
         try:
             if not homed:
                 for step in START.values():
                     step(bench)
             for _ in range(4):
                 bench.run_readings(2.0)
-                bench.board.cpu.record(on=False)
-                kept = bench.keep()
-                self._homes[kept.level] = kept
-                bench.board.cpu.record()
+                self._homes[bench.axis.final] = bench.keep()
                 bench.travel(1, 1_000.0)
-            boards = [home.board for home in self._homes.values()]
+            kept = self._homes.values()
             self._kept = (
-                np.stack([np.frombuffer(each[0], np.uint8) for each in boards]),
-                np.stack([each[1] for each in boards]),
-                np.stack([each[2] for each in boards]),
+                np.stack([np.frombuffer(each.circuits, np.uint8) for each in kept]),
+                np.stack([each.memory for each in kept]),
+                np.stack([each.hidden for each in kept]),
             )
         except Failed as failed:
             self._broken = Break(time_ps=failed.time_ps, reason=failed.detail)
@@ -130,27 +115,22 @@ class Firmware:
     def close(self) -> None:
         """Nothing runs behind it."""
 
-    def begun_ps(self, stimulus: Stimulus) -> int:
-        """Return at which time of the bench a run begins."""
-        return self._homes[stimulus.edges.initial].now_ps
-
-    def replay(self, stimulus: Stimulus) -> None:
-        """Play a stimulus with all that a bench records.
+    def replay(self, stimulus: Stimulus, *, to_ps: int | None = None) -> None:
+        """Play a stimulus, all of it or up to a time, with all that a bench records.
 
         Raises
         ------
         Failed
             The processor has stopped.
         """
-        bench, edges = self.bench, stimulus.edges
-        bench.go_back(self._homes[edges.initial])
-        begun_ps = bench.now_ps
-        bench.motion = Given(EdgeStream(edges.times_ps + begun_ps, edges.levels, edges.initial))
-        for until_ps, total in _pieces(stimulus):
-            if begun_ps + until_ps > bench.now_ps:
-                bench.run_for(begun_ps + until_ps - bench.now_ps)
-            if total is not None:
-                bench.board.ask(total)
+        bench = self.bench
+        bench.reset(self._homes[stimulus.edges.initial])
+        bench.axis = stimulus.edges.shift(bench.begun_ps)
+        end_ps = stimulus.until_ps if to_ps is None else to_ps
+        for at_ps, total in zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True):
+            bench.run_until(bench.begun_ps + min(at_ps, end_ps))
+            bench.board.ask(total)
+        bench.run_until(bench.begun_ps + end_ps)
 
     def _quickly(self, stimuli: Sequence[Stimulus]) -> list[Response]:
         """Make runs in one go, up to one that stops the processor or says more than there is room for."""
@@ -170,33 +150,22 @@ class Firmware:
             np.array([each.until_ps for each in stimuli], np.int64), np.empty((PUBLICATIONS, 3), np.int64),
             out_ps, out_levels, outs, told, tolds, last,
         )  # fmt: skip
-        return [
-            _response(
-                stimulus,
-                EdgeStream(
-                    out_ps[outs[k] : outs[k + 1]],
-                    out_levels[outs[k] : outs[k + 1]],
-                    self._homes[stimulus.edges.initial].seen_level,
-                ),
-                told[tolds[k] : tolds[k + 1]],
-                int(last[k, 1]) if last[k, 0] else None,
-            )
-            for k, stimulus in enumerate(stimuli[:made])
-        ]
+        responses = []
+        for k, stimulus in enumerate(stimuli[:made]):
+            out, level = slice(outs[k], outs[k + 1]), int(self._homes[stimulus.edges.initial].circuits.seen_out)
+            seen, at_end = EdgeStream(out_ps[out], out_levels[out], level), int(last[k, 1]) if last[k, 0] else None
+            responses.append(_response(stimulus, seen, told[tolds[k] : tolds[k + 1]], at_end))
+        return responses
 
     def _one(self, stimulus: Stimulus) -> Response:
         """Make one run in which much comes out, or the processor stops."""
-        bench = self.bench
-        bench.go_back(self._homes[stimulus.edges.initial])
-        board, begun_ps, published, broken = bench.board, bench.now_ps, bench.board.published, None
+        bench, broken = self.bench, None
         try:
             self.replay(stimulus)
         except Failed as failed:
-            broken = Break(time_ps=failed.time_ps - begun_ps, reason=failed.detail)
-        seen = bench.controller
-        edges = EdgeStream(seen.times_ps - begun_ps, seen.levels, seen.initial)
-        said = board.said_since(published) - (begun_ps, 0, 0)
-        return _response(stimulus, edges, said, bench.words.completed if bench.valid else None, broken)
+            broken = Break(time_ps=failed.time_ps - bench.begun_ps, reason=failed.detail)
+        edges, told = bench.controller.shift(-bench.begun_ps), bench.told - (bench.begun_ps, 0, 0)
+        return _response(stimulus, edges, told, bench.words.completed if bench.valid else None, broken)
 
 
 def _bounds(parts: Sequence[Sized]) -> NDArray[np.int64]:
@@ -212,12 +181,6 @@ def _response(
     changed = said[:, 1] != np.concatenate([[0], said[:-1, 1]])
     completed = Totals(said[changed, 0], said[changed, 1])
     return Response(edges=edges, completed=completed, refusals=_refusals(said, stimulus.requests), broken=broken)
-
-
-def _pieces(stimulus: Stimulus) -> Iterator[tuple[int, int | None]]:
-    """Yield up to when it runs on, and what is asked for then."""
-    yield from zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True)
-    yield stimulus.until_ps, None
 
 
 def _refusals(said: NDArray[np.int64], requests: Totals) -> tuple[tuple[int, str], ...]:

@@ -2,39 +2,37 @@
 
 What the contract is stands in docs/firmware.md: pins, words, messages, and what every insertion algorithm owes,
 which `rtec.verify.contract` tries. A check is a function that plays with a :class:`Bench` and raises `Failed` where
-something does not hold; what led there is played once more to say which instruction was executed then.
+something does not hold; the bench then says which instructions were executed last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
 from firmware_model import Image
 from rtec.board import Microcontroller
+from rtec.board.board import Snapshot
 from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.readable import hertz_text
+from rtec.verify.bench import Bench, Failed
 from rtec.verify.contract import cases
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.results import Verdict
 from rtec.verify.contract.suite import TRIES, check_algorithm
 from rtec.verify.contract.trials import Run, Trials
 from rtec.verify.firmware import handshake
-from rtec.verify.firmware.algorithm import START, Firmware
-from rtec.verify.firmware.bench import Bench, BenchState
-from rtec.verify.firmware.contract import Failed
-from rtec.verify.firmware.pins import pins, resets
-from rtec.verify.firmware.results import Check, FirmwareVerdict, Moment, Seen, Trace
+from rtec.verify.firmware.algorithm import Firmware
+from rtec.verify.firmware.handshake import START
+from rtec.verify.firmware.pins import AfterReset, pins, resets
+from rtec.verify.firmware.results import Check, FirmwareVerdict, Trace
 from rtec.verify.firmware.trace import insertions, trace_of
 
 SLOWEST_HZ, FASTEST_HZ = 100.0, 2e6
-_LISTED_CYCLES = 40
-"""Executed instructions are kept for so many cycles before a failure."""
-
 _LEAST_SETTLE_READINGS = 8
 """In which insertions are looked for where the suite has found none."""
 
@@ -102,12 +100,7 @@ class FirmwareCheckPlan:
 
         Every count has to be right up to 500 kHz, as of any algorithm: the lines go round the processor, through
         gates, and its speed gate keeps it from inserting too fast. Those of Design B go through the processor; there
-        the fastest speed is that at which it has to insert.
-
-        Parameters
-        ----------
-        delay_ps
-            How late the program may say what it has inserted.
+        the fastest speed is that at which it has to insert. ``delay_ps``: how late it may say what it has inserted.
         """
         contract = Contract.of(self.design)
         fastest_hz = self.speeds_hz[-1] if self.design.in_path else max(contract.frequency_hz, self.speeds_hz[-1])
@@ -142,30 +135,39 @@ def check_firmware(
     >>> [(check.name, check.passed) for check in verdict.checks]
     [('starts', True), ('answers', False), ('home', None), ('all else', None)]
     """
-    return _Campaign(plan, progress).verdict()
+    bench = Bench(plan.design, plan.microcontroller, plan.image, hold_latch=plan.hold_latch)
+    return _Campaign(plan, progress, bench).verdict()
 
 
 @dataclass(slots=True)
 class _Campaign:
     plan: FirmwareCheckPlan
     progress: Callable[[float], None]
+    bench: Bench
     checks: list[Check] = field(default_factory=list)
-    seen: Seen = field(default_factory=Seen)
+    after_reset: AfterReset | None = None
     suite: Verdict | None = None
     slowest: tuple[int, Run] | None = None
     """Latency in ps of the slowest insertion that was right, and its run."""
 
     def verdict(self) -> FirmwareVerdict:
-        plan = self.plan
-        bench = Bench(plan.design, plan.microcontroller, plan.image, hold_latch=plan.hold_latch)
-        self._start(bench)
-        firmware = None
+        plan, bench, trace = self.plan, self.bench, None
+        for name, check in START.items():
+            if self.checks and not self.checks[-1].passed:
+                self.checks.append(Check(name=name, passed=None, detail="not tried: see above"))
+            else:
+                self._try(name, check, bench)
         if self.checks[-1].passed:
             home = bench.keep()
             firmware = Firmware(bench, homed=True)
             self._insertions(firmware)
-            for name, check in self._of_the_box(bench, home):
-                self._try(bench, name, check, check)
+            self._of_the_box(home)
+            trace = self._trace(firmware)
+        else:
+            self.checks.append(Check(name="all else", passed=None, detail="not tried: the box is not at home"))
+        answered = any(check.name == "answers" and check.passed for check in self.checks)
+        latency_ps, reset = None if self.slowest is None else self.slowest[0], self.after_reset
+        cycle_num, cycle_den = plan.microcontroller.cycle_ps
         return FirmwareVerdict(
             image=plan.image.source,
             design=plan.design,
@@ -174,85 +176,55 @@ class _Campaign:
             hold_latch=plan.hold_latch,
             frequencies_hz=plan.speeds_hz,
             checks=tuple(self.checks),
-            seen=self._seen(bench),
             suite=self.suite,
-            trace=None if firmware is None else self._trace(firmware),
+            trace=trace,
+            reading_us=bench.reading_ps / 1e6 if answered else None,
+            worst_insertion_us=None if latency_ps is None else latency_ps / 1e6,
+            worst_insertion_cycles=None if latency_ps is None else latency_ps * cycle_den / cycle_num,
+            reset_worst_counts_off=None if reset is None else reset.worst_counts_off,
+            reset_illegal=None if reset is None else reset.illegal_cycle is not None,
         )
 
-    def _start(self, bench: Bench) -> None:
-        """Make the checks up to the home position, each going on from the one before."""
-        power_up = bench.keep()
-        done: list[Callable[[Bench], str]] = []
-        for name, check in START.items():
-            if self.checks and not self.checks[-1].passed:
-                self.checks.append(Check(name=name, passed=None, detail="not tried: see above"))
-                continue
-            done.append(check)
-            self._try(bench, name, partial(check, bench), partial(_from, bench, power_up, tuple(done)), 1)
-        if not self.checks[-1].passed:
-            self.checks.append(Check(name="all else", passed=None, detail="not tried: the box is not at home"))
-
-    def _of_the_box(self, bench: Bench, home: BenchState) -> list[tuple[str, Callable[[], str]]]:
+    def _of_the_box(self, home: Snapshot) -> None:
         speeds = self.plan.speeds_hz
         # the decoder counts by itself; the lines of Design B go through the program, which may break at more
         travel_hz = speeds[-1] * (1.0 if self.plan.design.in_path else 4.0)
+        for check, *more in (
+            (handshake.window,), (handshake.disbelief,), (handshake.large_correction,), (handshake.switch,),
+            (handshake.probing, speeds[0]), (handshake.position, travel_hz), (handshake.words, speeds[-1]),
+            (self._reset,),
+        ):  # fmt: skip
+            self._try(check.__name__.strip("_").replace("_", " "), check, self.bench, home, *more)
 
-        def bound(check: Callable[..., str], *more: object) -> Callable[[], str]:
-            return partial(check, bench, home, *more)
-
-        return [
-            ("window", bound(handshake.window)),
-            ("disbelief", bound(handshake.disbelief)),
-            ("large correction", bound(handshake.large_correction)),
-            ("switch", bound(handshake.switch)),
-            ("probing", bound(handshake.probing, speeds[0])),
-            ("position", bound(handshake.position, travel_hz)),
-            ("words", bound(handshake.words, speeds[-1])),
-            ("reset", bound(self._reset)),
-        ]
-
-    def _try(
-        self, bench: Bench, name: str, check: Callable[[], str], replay: Callable[[], object], take: int | None = None
-    ) -> None:
-        """Make one check; where it fails, play up to there again, in the take that failed."""
-        bench.takes = 0
+    def _try(self, name: str, check: Callable[..., str], *what: object) -> None:
         try:
-            self.checks.append(Check(name=name, passed=True, detail=check()))
+            self.checks.append(Check(name=name, passed=True, detail=check(*what)))
         except Failed as failed:
-            self._fail(bench, name, failed.detail, failed.time_ps, replay, take or bench.takes)
+            self._fail(name, failed.detail, failed.time_ps)
 
-    def _fail(
-        self, bench: Bench, name: str, detail: str, t_ps: int, replay: Callable[[], object], take: int = 1,
-        stream: str | None = None,
-    ) -> None:  # fmt: skip
+    def _fail(self, name: str, detail: str, t_ps: int, stream: str | None = None) -> None:
         """Book a check that does not hold, with the instructions up to the moment."""
-        cycle = bench.cycle_at(t_ps)
-        executed = bench.executed_until(replay, take=take, t_ps=t_ps, cycles=_LISTED_CYCLES)
-        moment = Moment(time_ps=t_ps, cycle=cycle, pc=executed[-1].address if executed else None)
+        cycle = self.bench.cycle_at(t_ps)
+        executed = self.bench.executed_before(t_ps)
         self.checks.append(
-            Check(name=name, passed=False, detail=detail, moment=moment, executed=executed, stream=stream)
+            Check(name=name, passed=False, detail=detail, time_ps=t_ps, cycle=cycle, executed=executed, stream=stream)
         )
 
-    def _reset(self, bench: Bench, home: BenchState) -> str:
-        seen = resets(bench, home)
-        cycle = seen.illegal_cycle
-        self.seen = replace(self.seen, reset_worst_counts_off=seen.worst_counts_off, reset_illegal=cycle is not None)
-        illegal = "none illegal" if cycle is None else f"an illegal transition (first in cycle {cycle})"
-        off = f"the controller off by {seen.worst_counts_off:+d} counts at worst, {illegal}"
-        return f"{seen.tried} resets, all lines released; {off}"
+    def _reset(self, bench: Bench, home: Snapshot) -> str:
+        self.after_reset = resets(bench, home)
+        return str(self.after_reset)
 
     def _insertions(self, firmware: Firmware) -> None:
         """Hold the program to the suite of all algorithms, then to the pins and speeds that are its own."""
-        plan, bench = self.plan, firmware.bench
+        plan = self.plan
         contract = plan.contract(firmware.delay_ps)
         suite = self.suite = check_algorithm(
             firmware, contract, tries=plan.tries, seed=plan.seed,
             progress=lambda share: self.progress(_OF_SUITE * share),
         )  # fmt: skip
         trials = Trials(firmware, contract)
-        trials.settle_ps = max(suite.settle_ps, _LEAST_SETTLE_READINGS * bench.reading_ps)
-        look = partial(pins, firmware, list(cases.at_rest(trials)))
-        self._try(bench, "pins", look, look)
+        trials.settle_ps = max(suite.settle_ps, _LEAST_SETTLE_READINGS * self.bench.reading_ps)
+        self._try("pins", pins, firmware, cases.at_rest(trials))
         for check in suite.checks:
             if check.run is None:
                 self.checks.append(Check(name=check.name, passed=check.passed, detail=check.reason))
@@ -277,20 +249,21 @@ class _Campaign:
                 self._fail_run(firmware, name, f"{case.title}: nothing inserted while the axis moves", run)
                 return
             firmware.replay(case.stream.stimulus())
-            latency_ps = max((found.latency_ps or 0 for found in insertions(firmware.bench)), default=0)
+            made_ps = [found.last_ps - found.edge_ps for found in insertions(self.bench) if found.edge_ps is not None]
+            latency_ps = max(made_ps, default=0)
             if self.slowest is None or latency_ps > self.slowest[0]:
                 self.slowest = latency_ps, run
             made += 1
         speeds = " and ".join(hertz_text(speed) for speed in plan.speeds_hz)
-        self.checks.append(
-            Check(name=name, passed=True, detail=f"{made} steps at {speeds} made while the axis moves")
-        )
+        detail = f"{made} steps at {speeds} made while the axis moves"
+        self.checks.append(Check(name=name, passed=True, detail=detail))
 
     def _fail_run(self, firmware: Firmware, name: str, reason: str, run: Run) -> None:
         stimulus, violation = run.case.stream.stimulus(), run.judgement.violation
-        t_ps = firmware.begun_ps(stimulus) + (run.case.stream.last_ps if violation is None else violation.time_ps)
-        again = partial(firmware.replay, stimulus)
-        self._fail(firmware.bench, name, reason, t_ps, again, stream=str(run.case.stream))
+        t_ps = run.case.stream.last_ps if violation is None else violation.time_ps
+        with suppress(Failed):
+            firmware.replay(stimulus, to_ps=t_ps)
+        self._fail(name, reason, self.bench.begun_ps + t_ps, str(run.case.stream))
 
     def _trace(self, firmware: Firmware) -> Trace | None:
         """Return the shortest run that fails as the bench records it, or else the slowest insertion."""
@@ -298,25 +271,8 @@ class _Campaign:
         run = worst if worst is not None and not worst.right else None if self.slowest is None else self.slowest[1]
         if run is None:
             return None
-        stimulus = run.case.stream.stimulus()
         try:
-            firmware.replay(stimulus)
+            firmware.replay(run.case.stream.stimulus())
         except Failed:
             return None
-        return trace_of(firmware.bench, run, firmware.begun_ps(stimulus))
-
-    def _seen(self, bench: Bench) -> Seen:
-        answered = any(check.name == "answers" and check.passed for check in self.checks)
-        latency_ps = None if self.slowest is None else self.slowest[0]
-        return replace(
-            self.seen,
-            reading_us=bench.reading_ps / 1e6 if answered else None,
-            worst_insertion_us=None if latency_ps is None else latency_ps / 1e6,
-            worst_insertion_cycles=None if latency_ps is None else latency_ps * bench.cycle_den / bench.cycle_num,
-        )
-
-
-def _from(bench: Bench, power_up: BenchState, done: tuple[Callable[[Bench], str], ...]) -> None:
-    bench.go_back(power_up)
-    for check in done:
-        check(bench)
+        return trace_of(self.bench, run)

@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import groupby
-from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 
 from rtec.injector import Totals
+from rtec.verify.bench import Bench
 from rtec.verify.contract.trials import Run
-from rtec.verify.firmware.bench import Bench
 from rtec.verify.firmware.results import Trace
 
 _SAME_INSERTION_CYCLES = {"12-clock": 30, "one-clock": 60}
 """Changes of drive pins closer than this belong to one insertion; to book it takes longer."""
-
 _MARGIN = 0.6
 """Of the span of an insertion, shown before and behind it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Insertion:
-    """The changes of drive pins that belong together."""
+class Insertion(NamedTuple):
+    """The first and the last change of drive pins that belong together; the encoder's edge before them, in motion."""
 
     first_ps: int
     last_ps: int
     edge_ps: int | None
-    """The encoder's edge before them, in motion."""
-
-    @property
-    def latency_ps(self) -> int | None:
-        """Return the time from the edge to the last change."""
-        return None if self.edge_ps is None else self.last_ps - self.edge_ps
 
 
 def insertions(bench: Bench) -> list[Insertion]:
@@ -41,64 +31,48 @@ def insertions(bench: Bench) -> list[Insertion]:
     The pins of Design B follow the encoder, too: there an insertion is where they change twice after one edge, or
     without one.
     """
-    mask = bench.design.pins
-    changed = [bench.time_of(cycle) for cycle, before, after in bench.changes(1) if (before ^ after) & mask]
-    edges = bench.encoder.times_ps
-    moving = edges.size > 8
-    groups: list[list[int]] = []
-    if bench.design.in_path:
-        after = np.searchsorted(edges, changed, side="right").tolist()
-        for index, pairs in groupby(zip(after, changed, strict=True), key=itemgetter(0)):
-            times = [t for _, t in pairs]
-            at_rest = index == 0 or (index == edges.size and times[0] - edges[-1] > bench.reading_ps)
-            if len(times) > 1 or at_rest:
-                groups.append(times)
-    else:
-        gap_ps = bench.cycles_ps(_SAME_INSERTION_CYCLES[bench.microcontroller.timing])
-        for t in changed:
-            if groups and t - groups[-1][-1] < gap_ps:
-                groups[-1].append(t)
-            else:
-                groups.append([t])
+    mask, in_path, edges = bench.design.pins, bench.design.in_path, bench.encoder.times_ps
+    changed = np.array([t_ps for t_ps, before, after in bench.changes(1) if (before ^ after) & mask], np.int64)
+    gap_ps = bench.cycles_ps(_SAME_INSERTION_CYCLES[bench.microcontroller.timing])
+    apart = np.diff(np.searchsorted(edges, changed, side="right")) > 0 if in_path else np.diff(changed) >= gap_ps
     found = []
-    for times in groups:
-        before = int(np.searchsorted(edges, times[0], side="right"))
+    for times in np.split(changed, np.flatnonzero(apart) + 1) if changed.size else ():
+        first, before = int(times[0]), int(np.searchsorted(edges, times[0], side="right"))
         edge_ps = int(edges[before - 1]) if before else None
-        in_motion = moving and edge_ps is not None and times[0] - edge_ps < bench.reading_ps
-        found.append(Insertion(first_ps=times[0], last_ps=times[-1], edge_ps=edge_ps if in_motion else None))
+        rests = edge_ps is None or (before == edges.size and first - edge_ps > bench.reading_ps)
+        if not in_path or times.size > 1 or rests:
+            moving = edges.size > 8 and edge_ps is not None and first - edge_ps < bench.reading_ps
+            found.append(Insertion(first, int(times[-1]), edge_ps if moving else None))
     return found
 
 
-def trace_of(bench: Bench, run: Run, begun_ps: int) -> Trace:
-    """Return the lines around the first insertion of a run that the bench has played, or around its fault."""
+def trace_of(bench: Bench, run: Run) -> Trace:
+    """Return the lines around the first insertion of a run that the bench has just played, or around its fault."""
+    begun_ps = bench.begun_ps
     violation, stimulus, done = run.judgement.violation, run.case.stream.stimulus(), run.response.completed
-    title, mark_ps = run.case.title, None
-    if violation is not None:
-        title, mark_ps = violation.reason, begun_ps + violation.time_ps
+    mark_ps = None if violation is None else begun_ps + violation.time_ps
     near_ps, made = bench.cycles_ps(200), insertions(bench)
     around = next((e for e in made if mark_ps is None or e.last_ps >= mark_ps - near_ps), None)
-    first = around.first_ps if around else (bench.now_ps if mark_ps is None else mark_ps)
-    last = around.last_ps if around else first
-    edge = around.edge_ps if around else None
+    nowhere = bench.now_ps if mark_ps is None else mark_ps
+    first, last, edge = around or (nowhere, nowhere, None)
     if edge is not None and first - edge > near_ps:
         edge = None
     begin, end = min(first, mark_ps or first, edge or first), max(last, mark_ps or last)
     margin_ps = max(round(_MARGIN * (end - begin)), bench.cycles_ps(8))
-    rows = [(bench.time_of(cycle), after) for cycle, _, after in bench.changes(1)]
-    start = next(bench.changes(1), (0, bench.latches[1], 0))[1]
+    pins = np.array([(t_ps, after) for t_ps, _, after in bench.changes(1)], np.int64).reshape(-1, 2)
     return Trace(
-        title=title,
+        title=run.case.title if violation is None else violation.reason,
         encoder=bench.encoder,
         controller=bench.controller,
         requested=Totals(stimulus.requests.times_ps + begun_ps, stimulus.requests.totals),
         completed=Totals(done.times_ps + begun_ps, done.totals),
-        insertions_ps=tuple((each.first_ps, each.last_ps) for each in made),
-        pin_times_ps=np.array([t for t, _ in rows], np.int64),
-        pin_levels=np.array([level for _, level in rows], np.int64),
-        initial_pins=start,
+        insertions_ps=tuple(each[:2] for each in made),
+        pin_times_ps=pins[:, 0],
+        pin_levels=pins[:, 1],
+        initial_pins=bench.first_latches[1],
         from_ps=max(begin - margin_ps, bench.begun_ps),
         to_ps=min(end + margin_ps, bench.now_ps),
         zero_ps=edge if edge is not None else first,
         mark_ps=mark_ps,
-        cycle_ps=bench.cycle_num / bench.cycle_den,
+        cycle_ps=float(np.divide(*bench.microcontroller.cycle_ps)),
     )

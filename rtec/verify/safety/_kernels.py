@@ -130,7 +130,7 @@ def look(a: Record, st: Record, t_ps: int, deviation_mm: float) -> None:
     count = st.encoder.count
     ahead = st.receiver.count - count
     speed = st.servo.v
-    running = st.node.box.state == RUNNING and st.powered == 1
+    running = st.node.box.state == RUNNING and st.powered != 0  # one that hangs holds nothing
     if running:
         a.ran = 1
     stopped = is_held(st) or (a.ran == 1 and not running)

@@ -9,6 +9,7 @@ from statistics import median
 
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.station_settings import InBox
 from rtec.requester.supervision import SupervisionLimits
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Matrix, MatrixPlan, Outcome, Trial, is_wrong, run_matrix
@@ -49,10 +50,11 @@ class RampJob:
     design: Design
     limit: str
     supervision: SupervisionLimits
+    algorithm: InBox | None = None
 
     def run(self) -> Ramp:
         """Let it run away."""
-        cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision)
+        cell = new_cell(Phase.CUTTING, self.design, 0, supervision=self.supervision, algorithm=self.algorithm)
         cell.monitor(until_ps=_FROM_PS)
         for k in range(1, _STEPS + 1):
             cell.predict_by(sinusoidal_table(offset_mm=k * _RAMP_MM_S * _EVERY_PS / PS_PER_S))
@@ -70,7 +72,7 @@ class RampJob:
         )
 
 
-def ramp_jobs(design: Design) -> tuple[RampJob, ...]:
+def ramp_jobs(design: Design, algorithm: InBox | None = None) -> tuple[RampJob, ...]:
     """Return a PC that runs away without a limit, with the box's, and with its own."""
     steps = round(LIMIT_MM / (0.001 * design.step_counts))
     limits = {
@@ -78,7 +80,9 @@ def ramp_jobs(design: Design) -> tuple[RampJob, ...]:
         f"limit_steps = {steps}": SupervisionLimits(limit_steps=steps),
         f"limit_mm = {LIMIT_MM}": SupervisionLimits(limit_mm=LIMIT_MM),
     }
-    return tuple(RampJob(design=design, limit=limit, supervision=set_) for limit, set_ in limits.items())
+    return tuple(
+        RampJob(design=design, limit=limit, supervision=set_, algorithm=algorithm) for limit, set_ in limits.items()
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,9 +104,14 @@ class SafetyCase:
         """Return why the case is not good, a line each."""
         soak = self.soak
         found = [
+            f"wrong without any fault: {phase.value}, design {design.value}, run {number}"
+            for phase, design, number in self.matrix.unsound
+        ]
+        found += [
             f"undetected error: {trial.variant.name}, {trial.phase.value}, design {trial.design.value}, "
             f"run {trial.seed}"
             for trial in self.matrix.avoidable
+            if trial.sound
         ]
         found += [
             f"never took effect: {variant.name}, {phase.value}; more --seeds meet it at other moments"
@@ -128,6 +137,7 @@ class SafetyCase:
             "good": self.good,
             "reasons": list(self.reasons),
             "seed": matrix.plan.seed,
+            **({} if matrix.plan.algorithm is None else {"algorithm": matrix.plan.algorithm.name}),
             "trials": len(matrix.trials),
             "fired": sum(trial.fired > 0 for trial in matrix.trials),
             "outcomes": _by_value(trial.outcome for trial in matrix.trials if trial.fired > 0),
@@ -136,7 +146,7 @@ class SafetyCase:
             "rows": [
                 {
                     "fault": variant.name,
-                    "class": variant.kind.value,
+                    "class": variant.kind.words,
                     "upstream": variant.upstream,
                     "phase": phase.value,
                     "design": design.value,
@@ -201,7 +211,8 @@ def make_case(
     share = first_s / whole_s
     matrix = run_matrix(plan, lambda done: progress(done * share * _SHARE_MATRIX))
     with JobPool() as pool:
-        ran_away = tuple(pool.results(job for design in plan.designs if ramps for job in ramp_jobs(design)))
+        jobs = [job for design in plan.designs if ramps for job in ramp_jobs(design, plan.algorithm)]
+        ran_away = tuple(pool.results(jobs))
     soaked = None if soak is None else run_soak(soak, lambda done: progress(share + done * (1.0 - share)))
     progress(1.0)
     return SafetyCase(matrix=matrix, ramps=ran_away, soak=soaked)
@@ -225,7 +236,7 @@ def _soak_dict(soak: Soak) -> dict[str, object]:
         "hours_by_design": {design.value: soak.hours([design]) for design in Design},
         "episodes": len(soak.episodes),
         "outcomes": {outcome.value: count for outcome, count in soak.outcomes.items()},
-        "fired": {kind.value: count for kind, count in soak.fired().items()},
+        "fired": {kind.words: count for kind, count in soak.fired().items()},
         "missing": [kind.value for kind in soak.missing],
         "undetected": [{"design": e.design.value, "episode": e.number, "wrong": e.wrong} for e in soak.undetected()],
         "undetected_upstream": [_beyond_dict(e) for e in soak.undetected("before the box")],

@@ -12,6 +12,8 @@ from rtec.checks import whole_within
 from rtec.errors import ArgumentError
 from rtec.injector import Design
 from rtec.jobs import JobPool
+from rtec.machine.fault_kinds import INSIDE_BOX
+from rtec.machine.station_settings import InBox
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper
 from rtec.verify.safety.phases import Phase, Twin, moment_within, new_cell, run_through, twin_of
@@ -55,7 +57,12 @@ class Trial:
     reason: str
     """``stopped_by``, ``reason``: who stopped the machine, and why; in words."""
     detected_s: float | None
-    """From the first effect to the stop; None: not stopped, or before the axis was let go."""
+    detected_ps: int | None
+    """``detected_s``, ``detected_ps``: the stop, from the first effect and from the start; None: not stopped, or
+    before the axis was let go."""
+    encoder_counts: int
+    controller_counts: int
+    """``encoder_counts``, ``controller_counts``: in the end, of the axis that is off most, else of axis 1."""
     off_counts: float
     """Largest difference between a controller and the healthy prediction until the end or the stop, beyond that of
     the fault-free run."""
@@ -67,6 +74,8 @@ class Trial:
     """Time beyond the bound, more than in the fault-free run."""
     following_counts: float
     """What a check of the speed would have seen more than in the fault-free run."""
+    sound: bool = True
+    """Whether the fault-free run is right; else the fault shows nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +98,8 @@ class MatrixPlan:
     """Number of the first of them, which is its trial's seed."""
     seed: int = 1
     """Of all of them."""
+    algorithm: InBox | None = None
+    """In the boxes, in the place of the designs; None: the designs themselves."""
 
     def __post_init__(self) -> None:
         tried = [(variant, phase) for variant in self.variants for phase in self.phases]
@@ -97,6 +108,11 @@ class MatrixPlan:
         whole_within("seeds", self.seeds, 1, 1000)
         whole_within("first", self.first, 0, 999)
         whole_within("seed", self.seed, 0, (1 << 32) - 1)
+
+    def concerns(self, variant: Variant, design: Design) -> bool:
+        """Return whether the boxes have the part to which a fault happens."""
+        unknown_inside = self.algorithm is not None and variant.kind in INSIDE_BOX
+        return not unknown_inside and impossible(variant, Phase.CUTTING, design) is None
 
     def _inapplicable(self) -> ArgumentError:
         """Return what is wrong with faults of which none can take effect in any of the phases."""
@@ -158,19 +174,27 @@ class Matrix:
         )
 
     @property
+    def unsound(self) -> tuple[tuple[Phase, Design, int], ...]:
+        """Return phases, designs and numbers of the runs that are wrong without any fault."""
+        found = ((trial.phase, trial.design, trial.seed) for trial in self.trials if not trial.sound)
+        return tuple(dict.fromkeys(found))
+
+    @property
     def unproven(self) -> tuple[tuple[Variant, Phase], ...]:
         """Return the faults that never took effect in a phase, although nothing speaks against it."""
         return tuple(
             (variant, phase)
             for variant in self.plan.variants
             for phase in self.plan.phases
-            if impossible(variant, phase) is None and not self.of(variant, phase, self.plan.designs)
+            if impossible(variant, phase) is None
+            and any(self.plan.concerns(variant, design) for design in self.plan.designs)
+            and not self.of(variant, phase, self.plan.designs)
         )
 
     @property
     def good(self) -> bool:
-        """Return whether no undetected error is avoidable and every fault took effect."""
-        return not self.avoidable and not self.unproven
+        """Return whether no undetected error is avoidable, every fault took effect, and all is right without one."""
+        return not self.avoidable and not self.unproven and not self.unsound
 
 
 def run_matrix(plan: MatrixPlan, progress: Callable[[float], None] = lambda share: None) -> Matrix:
@@ -201,11 +225,14 @@ class PhaseJob:
     def run(self) -> list[Trial]:
         """Try them."""
         phase, design, seed = self.phase, self.design, self.seed
-        twin = twin_of(phase, design, seed)
+        twin = twin_of(phase, design, seed, self.plan.algorithm)
         trials = []
         for variant, (moment_ps, bits) in moments(self.plan.seed, twin, phase, design, seed).items():
-            if variant in self.plan.variants:
-                trials.append(run_trial(variant, twin, phase, design, seed, moment_ps, bits))
+            if variant in self.plan.variants and self.plan.concerns(variant, design):
+                fault = variant.fault(phase, moment_ps, bits)
+                cell = new_cell(phase, design, seed, faults=(fault,), algorithm=self.plan.algorithm)
+                run_through(cell, phase)
+                trials.append(judged(variant, phase, design, seed, cell, twin.cell))
         return trials
 
 
@@ -216,15 +243,6 @@ def moments(plan_seed: int, twin: Twin, phase: Phase, design: Design, seed: int)
     return {
         variant: (moment_within(twin, generator), seed + 3 * int(generator.integers(1 << 30))) for variant in VARIANTS
     }
-
-
-def run_trial(
-    variant: Variant, twin: Twin, phase: Phase, design: Design, seed: int, moment_ps: int, bits: int
-) -> Trial:
-    """Inject one fault at a moment of a phase, and judge what comes of it."""
-    cell = new_cell(phase, design, seed, faults=(variant.fault(phase, moment_ps, bits),))
-    run_through(cell, phase)
-    return judged(variant, phase, design, seed, cell, twin.cell)
 
 
 def judged(
@@ -244,15 +262,25 @@ def judged(
         outcome = Outcome.DELAYED
     else:
         outcome = Outcome.TOLERATED
+    worst = max(axes, key=lambda axis: abs(axis.off_counts))
     return Trial(
         variant=variant, phase=phase, design=design, seed=seed, fired=fired.times, outcome=outcome,
-        stopped_by=stop.by, reason=stop.reason, detected_s=stop.detected_s, off_counts=off,
-        left_counts=max((axis.off_counts for axis in axes), key=abs), late_s=late_s,
+        stopped_by=stop.by, reason=stop.reason, detected_s=stop.detected_s, detected_ps=stop.at_ps,
+        encoder_counts=worst.encoder_counts, controller_counts=worst.controller_counts, off_counts=off,
+        left_counts=worst.off_counts, late_s=late_s,
         drift_counts=max((axis.drift_counts for axis in axes), key=abs),
         following_counts=max(
             axis.following_counts - other.following_counts for axis, other in zip(axes, healthy, strict=True)
         ),
+        sound=_is_sound(healthy, design),
     )  # fmt: skip
+
+
+def _is_sound(healthy: Sequence[MonitoredAxis], design: Design) -> bool:
+    """Return whether a fault-free run is right: every count, and nothing owed but by an axis that waits for 00."""
+    owing = [axis.pending_steps != 0 for axis in healthy]
+    owes = all(owing) if design.one_state else any(owing)
+    return not owes and not any(is_wrong(axis, axis) for axis in healthy)
 
 
 def is_wrong(axis: MonitoredAxis, twin: MonitoredAxis) -> bool:

@@ -15,6 +15,7 @@ from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.machine.cell import Cell
 from rtec.machine.faults import Fault
 from rtec.machine.station import Alarm, StationSettings
+from rtec.machine.station_settings import InBox
 from rtec.predictors import BidirectionalTable, Model, Predictor
 from rtec.predictors.binding import bound_curve
 from rtec.requester.settings import PcState
@@ -50,6 +51,9 @@ class Stopper(enum.IntEnum):
 class MonitoredAxis:
     """What came of one axis."""
 
+    encoder_counts: int
+    controller_counts: int
+    """``encoder_counts``, ``controller_counts``: true count before the cable, and the count at the controller."""
     off_counts: int
     """Counts at the controller less the true counts and the insertions that the box has made."""
     uninserted_counts: int
@@ -92,6 +96,19 @@ class Stop:
     reason: str = ""
     detected_s: float | None = None
     """From the first effect of a fault to the stop; None: not stopped, or before the axis was let go."""
+    at_ps: int | None = None
+    """When; None: not stopped, or the axis was never let go."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisThen:
+    """What an axis was doing at a moment."""
+
+    at_ps: int
+    state: int
+    """Of the encoder's lines, 1 to 4 as the report counts (docs/state-tables.md)."""
+    direction: str
+    """``positive``, ``negative`` or ``rest``."""
 
 
 class MonitoredCell(Cell):
@@ -137,21 +154,37 @@ class MonitoredCell(Cell):
             record.lag = _slope(predictor) * _LAG_S
             record.rest_ps = REST_PS
         kernels.begin(self._monitors)
+        self._start = [record.copy() for record in self._records], (self._predictors, self._models, self._truth)
 
-    def monitor(self, *, until_ps: int, stop_after_ps: int = NEVER // 4) -> None:
-        """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``."""
+    @property
+    def _records(self) -> list[Any]:
+        """Return all that changes while it runs."""
+        return [self._cell, self._stations, self._pcs, self._faults, self._monitors]
+
+    def rewind(self) -> None:
+        """Go back to the beginning, to run the same again and look closer."""
+        records, (self._predictors, self._models, self._truth) = self._start
+        for record, start in zip(self._records, records, strict=True):
+            for name in record.dtype.names:
+                record[name] = start[name]
+        self._freeze_ps = NEVER
+
+    def monitor(self, *, until_ps: int, stop_after_ps: int = NEVER // 4, slice_ps: int | None = None) -> None:
+        """Run to ``until_ps``, or until an axis has been stopped for ``stop_after_ps``; or with other looks."""
         if self._freeze_ps <= until_ps:
             freeze_ps, self._freeze_ps = self._freeze_ps, NEVER
-            self.monitor(until_ps=freeze_ps, stop_after_ps=stop_after_ps)
+            self.monitor(until_ps=freeze_ps, stop_after_ps=stop_after_ps, slice_ps=slice_ps)
             if self.now_ps < freeze_ps:
                 return
             self._monitors.frozen = 1
         arguments = (
-            *self._parts, self._monitors, until_ps, self._slice_ps, stop_after_ps, self._models, self._truth,
+            *self._parts, self._monitors, until_ps, slice_ps or self._slice_ps, stop_after_ps, self._models,
+            self._truth,
         )  # fmt: skip
         if self._run_monitored is None:
             self._run_monitored = prepared(kernels.monitor, *arguments)
         self._run_monitored(*arguments)
+        self._axes.check()
 
     def predict_by(self, predictor: Model | Sequence[Model]) -> None:
         """Give the PC another predictor from now on, or another one for each axis."""
@@ -182,6 +215,16 @@ class MonitoredCell(Cell):
         """Return the count of an encoder, before its cable."""
         return int(self._stations[axis - 1].encoder.count)
 
+    def axis_then(self, axis: int) -> AxisThen:
+        """Return what an axis is doing now."""
+        servo, home_state = self._stations[axis - 1].servo, self.settings[axis - 1].encoder.home_state
+        moves = abs(servo.v) > servo.standstill
+        return AxisThen(
+            at_ps=self.now_ps,
+            state=(self.true_count(axis) + home_state) % 4 + 1,
+            direction="rest" if not moves else "positive" if servo.v > 0.0 else "negative",
+        )
+
     @property
     def monitored(self) -> tuple[MonitoredAxis, ...]:
         """Return what came of every axis so far."""
@@ -194,8 +237,9 @@ class MonitoredCell(Cell):
         if not stops:
             return Stop() if self.running else Stop(by=Stopper.HOMING, reason="the axis is not let go")
         first = min(stops, key=lambda axis: axis.stop_ps or 0)
-        detected_s = None if fired_ps is None else max(0.0, ((first.stop_ps or 0) - fired_ps) / PS_PER_S)
-        return Stop(by=first.stopped_by, reason=_reason_of(axes, first), detected_s=detected_s)
+        at_ps = first.stop_ps or 0
+        detected_s = None if fired_ps is None else max(0.0, (at_ps - fired_ps) / PS_PER_S)
+        return Stop(by=first.stopped_by, reason=_reason_of(axes, first), detected_s=detected_s, at_ps=at_ps)
 
     def _monitored_axis(self, i: int) -> MonitoredAxis:
         state, record = self._stations[i], self._monitors[i]
@@ -205,6 +249,8 @@ class MonitoredCell(Cell):
         stopped = record.stop_ps != NEVER
         wanted = ahead - float(record.error)
         return MonitoredAxis(
+            encoder_counts=int(state.encoder.count),
+            controller_counts=int(state.receiver.count),
             off_counts=ahead - int(injector.ahead),
             uninserted_counts=int(injector.ahead) - step_counts * int(injector.completed),
             pending_steps=int(box.accepted) - int(injector.completed),
@@ -231,18 +277,21 @@ def station_settings(
     design: Design,
     *,
     supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
 ) -> StationSettings:
     """Return an axis with a box of a design as the campaigns have it: on the report's 8051, Design B on fast logic.
 
-    On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault.
+    On the 8051, Design B loses its lines in a rapid traverse of 30 kHz, without any fault. An algorithm, or a
+    processor with its program, inserts in the place of the design.
     """
     processor = Processor.FAST if design.in_path else Processor.MCS51
     box = InjectorSettings(design=design, timing=Timing.of(design, processor), real_edges=RealEdges.HOLD)
-    return StationSettings(
+    settings = StationSettings(
         axis=axis,
         injector=box,
         supervision=supervision or SupervisionLimits(),
     )
+    return settings if algorithm is None else settings.inserting_by(algorithm)
 
 
 def sinusoidal_table(

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from rtec.axis.command import Move
 from rtec.errors import unknown
 from rtec.injector import Design
-from rtec.machine.faults import Fault
+from rtec.link.simulated import FaultActivation
+from rtec.machine.fault_kinds import ActivatedBy
+from rtec.machine.faults import Fault, Trigger
+from rtec.machine.station_settings import InBox, StationSettings
 from rtec.predictors import Predictor
 from rtec.requester.supervision import SupervisionLimits
-from rtec.units import PS_PER_MS
-from rtec.verify.safety.monitor import SLICE_PS, MonitoredCell, sinusoidal_table, station_settings
+from rtec.units import PS_PER_MS, PS_PER_US
+from rtec.verify.safety.monitor import SLICE_PS, AxisThen, MonitoredCell, sinusoidal_table, station_settings
 
 END_PS = 8_000 * PS_PER_MS
 _AFTER_STOP_PS = 400 * PS_PER_MS
@@ -132,10 +136,22 @@ def new_cell(
     *,
     faults: tuple[Fault, ...] = (),
     supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
 ) -> MonitoredCell:
     """Return a machine of two axes that is about to run a phase's program."""
-    stations = [station_settings(axis, design, supervision=supervision) for axis in (1, 2)]
-    return MonitoredCell(stations, moves_of(phase, seed), sinusoidal_table(), faults=faults)
+    return MonitoredCell(*cell_parts(phase, design, seed, supervision, algorithm), faults=faults)
+
+
+def cell_parts(
+    phase: Phase,
+    design: Design,
+    seed: int,
+    supervision: SupervisionLimits | None = None,
+    algorithm: InBox | None = None,
+) -> tuple[list[StationSettings], list[list[Move]], Predictor]:
+    """Return axes, programs and table of such a machine."""
+    stations = [station_settings(axis, design, supervision=supervision, algorithm=algorithm) for axis in (1, 2)]
+    return stations, moves_of(phase, seed), sinusoidal_table()
 
 
 def run_through(cell: MonitoredCell, phase: Phase, *, until_ps: int = END_PS) -> None:
@@ -151,6 +167,28 @@ def run_through(cell: MonitoredCell, phase: Phase, *, until_ps: int = END_PS) ->
         cell.settle()
 
 
+def first_effect(cell: MonitoredCell, phase: Phase, activation: FaultActivation[Fault]) -> AxisThen | None:
+    """Return when a fault first took effect, and what axis 1 was doing; None: it did not.
+
+    The machine, which has been through the phase, is taken there once more. What a fault of lines or word has done is
+    noted a look later; here looks come closer and closer.
+    """
+    fault, first_ps = activation.fault, activation.first_ps
+    if first_ps is None:
+        return None
+    if fault.kind.activated_by in _NOTED_LATER and fault.trigger is Trigger.AT_ONCE:
+        for wide_ps, close_ps in pairwise((SLICE_PS, *_CLOSER_PS)):
+            cell.rewind()
+            run_through(cell, phase, until_ps=max(first_ps - wide_ps, fault.from_ps))
+            cell.monitor(until_ps=first_ps, slice_ps=close_ps)
+            first_ps = cell.fired[cell.faults.index(fault)].first_ps or first_ps
+    cell.rewind()
+    run_through(cell, phase, until_ps=first_ps)
+    return cell.axis_then(1)
+
+
+_NOTED_LATER = (ActivatedBy.CABLE, ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.EDGES)
+_CLOSER_PS = PS_PER_US, PS_PER_US // 100
 _ORDERS: dict[Phase, Orders] = {
     Phase.PROBING: [(1_200 * PS_PER_MS, Order.PROBE), (4_200 * PS_PER_MS, Order.CUT)],
     Phase.LARGE: [(1_000 * PS_PER_MS, Order.LARGE)],
@@ -176,15 +214,14 @@ _MOMENTS = {
 }
 
 
-def twin_of(phase: Phase, design: Design, seed: int) -> Twin:
+def twin_of(phase: Phase, design: Design, seed: int, algorithm: InBox | None = None) -> Twin:
     """Run a phase without a fault, and find its moment where that depends on what PC and box do."""
     if phase in _MOMENTS:
         moment_ps, span_ps = _MOMENTS[phase]
     else:
-        moment_ps, span_ps = _found(
-            phase, new_cell(phase, design, seed), 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7)
-        )
-    cell = new_cell(phase, design, seed)
+        cell = new_cell(phase, design, seed, algorithm=algorithm)
+        moment_ps, span_ps = _found(phase, cell, 1_500 * PS_PER_MS + 97 * PS_PER_MS * (seed % 7))
+    cell = new_cell(phase, design, seed, algorithm=algorithm)
     run_through(cell, phase)
     return Twin(cell=cell, moment_ps=moment_ps, span_ps=span_ps)
 

@@ -18,11 +18,19 @@ from rtec.checks import number_within, whole_within
 from rtec.injector import Design
 from rtec.injector.design import BESIDE, IN_PATH
 from rtec.jobs import JobPool
-from rtec.machine.faults import Fault, FaultKind, FaultPlace, Trigger
+from rtec.machine.fault_kinds import INSIDE_BOX
+from rtec.machine.faults import Fault, FaultKind, FaultPlace, FaultRow, Trigger
+from rtec.machine.station_settings import InBox
 from rtec.predictors import Predictor
 from rtec.units import PS_PER_MS, PS_PER_S
 from rtec.verify.safety.matrix import Outcome
-from rtec.verify.safety.monitor import MonitoredAxis, MonitoredCell, Stopper, sinusoidal_table, station_settings
+from rtec.verify.safety.monitor import (
+    MonitoredAxis,
+    MonitoredCell,
+    Stopper,
+    sinusoidal_table,
+    station_settings,
+)
 from rtec.verify.safety.phases import Order, Orders, Phase, carry_out
 from rtec.verify.safety.soak_program import Programs, draw_orders, draw_programs
 from rtec.verify.safety.variants import VARIANTS, Variant
@@ -59,6 +67,10 @@ class SoakPlan:
     """Of everything."""
     threads: int = 2
     """That run episodes at the same time; the result is the same with any number."""
+    only: Design | None = None
+    """All hours with this design."""
+    algorithm: InBox | None = None
+    """In the boxes, in the place of the design."""
 
     def __post_init__(self) -> None:
         number_within("hours", self.hours, 1e-3, 1e5, unit="h")
@@ -75,6 +87,8 @@ class Injected:
     phase: Phase
     axis: int
     """``variant``, ``phase``, ``axis``: what, and during what, where."""
+    activated_ps: int
+    """When it first took effect; of lines and word within 5 ms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +141,7 @@ class Soak:
         """Return the time run with these designs."""
         return sum(episode.run_s for episode in self.episodes if episode.design in designs) / 3600.0
 
-    def fired(self) -> Counter[FaultKind]:
+    def fired(self) -> Counter[FaultRow]:
         """Return how many faults of each class took effect."""
         return Counter(injected.variant.kind for episode in self.episodes for injected in episode.injected)
 
@@ -157,6 +171,7 @@ def run_soak(plan: SoakPlan, progress: Callable[[float], None] = lambda share: N
     """Run the hours of the plan."""
     shares = {design: plan.hours / len(BESIDE) for design in BESIDE}
     shares |= dict.fromkeys(IN_PATH, plan.hours * _SHARE_OF_B)
+    shares = shares if plan.only is None else {plan.only: plan.hours}
     whole_s = sum(shares.values()) * 3600.0
     episodes: list[Episode] = []
     with JobPool(plan.threads) as pool:
@@ -196,7 +211,7 @@ class EpisodeJob:
         orders = draw_orders(generator, length_s=length_s)
         drawn = _draw_faults(generator, length_s)
         cell = MonitoredCell(
-            [station_settings(axis, self.design) for axis in range(1, AXES + 1)],
+            [station_settings(axis, self.design, algorithm=self.plan.algorithm) for axis in range(1, AXES + 1)],
             programs.moves,
             table,
             faults=[fault for _, _, fault in drawn],
@@ -212,7 +227,7 @@ Drawn = list[tuple[Variant, int, Fault]]
 def _draw_faults(generator: np.random.Generator, length_s: float) -> Drawn:
     """Return one fault of the encoder, or those of box, link and PC one after the other."""
     upstream = [variant for variant in VARIANTS if variant.upstream]
-    others = [variant for variant in VARIANTS if not variant.upstream]
+    others = [variant for variant in VARIANTS if not variant.upstream and variant.kind not in INSIDE_BOX]
     if generator.random() < _SHARE_UPSTREAM:
         at_s = float(generator.uniform(0.0, 0.9 * length_s))
         return [_draw_fault(generator, upstream, at_s, set())]
@@ -296,12 +311,11 @@ def _concluded(cell: MonitoredCell, design: Design, number: int, drawn: Drawn, p
     injected, unfired = [], []
     last_ps = None
     for (variant, axis, _), phase, activation in zip(drawn, phases, cell.fired, strict=False):
-        if activation.times == 0:
+        if activation.first_ps is None:
             unfired.append(variant)
             continue
-        injected.append(Injected(variant=variant, phase=phase, axis=axis))
-        if activation.first_ps is not None:
-            last_ps = max(last_ps or 0, activation.first_ps)
+        injected.append(Injected(variant=variant, phase=phase, axis=axis, activated_ps=activation.first_ps))
+        last_ps = max(last_ps or 0, activation.first_ps)
     stop, wrong = cell.stop(last_ps), ""
     outcome = Outcome.SAFE_STOP
     if stop.by is Stopper.NOBODY:

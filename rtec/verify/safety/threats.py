@@ -6,7 +6,7 @@ import enum
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from rtec.machine.fault_kinds import FaultKind
+from rtec.machine.fault_kinds import FaultKind, FaultRow
 
 
 class Threat(enum.Enum):
@@ -68,7 +68,7 @@ class Threat(enum.Enum):
 
 
 _K, _T = FaultKind, Threat
-THREATS: Mapping[FaultKind, Threat] = MappingProxyType({
+THREATS: Mapping[FaultRow, Threat] = MappingProxyType({
     _K.FRAME_LOST: _T.DELETION,
     _K.FRAME_LATE: _T.DELAY,
     _K.FRAME_DUPLICATED: _T.REPETITION,

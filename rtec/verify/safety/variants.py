@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rtec.errors import ArgumentError, meant
 from rtec.injector import Design
 from rtec.link._bus_kernels import bits_of
 from rtec.link._frame_kernels import CORRECTIONS, POSITION, REQUEST, STATUS
-from rtec.machine.fault_kinds import FaultCategory, FaultKind, FaultPlace
+from rtec.machine.fault_kinds import (
+    LATCH_STUCK,
+    PROCESSOR_HUNG,
+    ActivatedBy,
+    FaultCategory,
+    FaultKind,
+    FaultPlace,
+    FaultRow,
+)
 from rtec.machine.faults import PC_NODE, Fault, Trigger
 from rtec.units import PS_PER_MS
 from rtec.verify.safety.phases import Phase, hyphened
@@ -17,8 +26,8 @@ from rtec.verify.safety.phases import Phase, hyphened
 _K = FaultKind
 _MANY = 1 << 40
 _LATE_PS = 15 * PS_PER_MS
-_STOPS_PROCESSOR = (FaultKind.POWER_LOST, FaultKind.BOX_RESTARTED)
-_SHORT = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_MASQUERADE: "masquerade"}
+_STOPS_PROCESSOR = (FaultKind.POWER_LOST, FaultKind.BOX_RESTARTED, PROCESSOR_HUNG)
+_SHORT: dict[FaultRow, str] = {FaultKind.FRAME_CORRUPTED: "frame corrupted", FaultKind.FRAME_MASQUERADE: "masquerade"}
 _WRAPPED_PS = 2_560 * PS_PER_MS
 """256 turns of the PC: the sequence counter has come round."""
 
@@ -38,7 +47,7 @@ class From(enum.Enum):
 class Variant:
     """A class of faults with its place and its length."""
 
-    kind: FaultKind
+    kind: FaultRow
     where: From
     """``kind``, ``where``: class and place."""
     how: str
@@ -61,9 +70,15 @@ class Variant:
         >>> VARIANTS[0].name
         'frame lost, once, PC to box'
         """
-        words = _SHORT.get(self.kind, self.kind.value)
+        words = _SHORT.get(self.kind, self.kind.words)
         place = f", {self.where.value}" if self.where in (From.PC, From.BOX) else ""
         return f"{words}, {self.how}{place}" if self.how else f"{words}{place}"
+
+    @property
+    def place(self) -> str:
+        """Return where it happens, in a word: ``bus``, ``pc``, ``box``, or ``lines`` for those before the box."""
+        at_box = self.kind.place is FaultPlace.AXIS and not self.upstream
+        return "box" if at_box else "lines" if self.upstream else self.kind.place.value.lower()
 
     @property
     def upstream(self) -> bool:
@@ -95,7 +110,7 @@ class Variant:
             one = self.frames > 0 or self.kind in (_K.REQUEST_STUCK, _K.FRAMES_REORDERED)
             identifier = (STATUS, CORRECTIONS, POSITION)[seed % 3] + axis if one else None
             identifier = None if self.kind is _K.BUS_OFF else identifier
-        waits = phase is Phase.INSERTION and self.kind.place is FaultPlace.AXIS
+        waits = phase is Phase.INSERTION and self.kind.place is FaultPlace.AXIS and self.kind is not LATCH_STUCK
         return Fault(
             kind=self.kind,
             place=place,
@@ -166,6 +181,8 @@ VARIANTS: tuple[Variant, ...] = (
     *_brief(_K.GLITCHES, From.ENCODER, 200 * PS_PER_MS),
     *_brief(_K.SWITCH_THROWN, From.AXIS, 30 * PS_PER_MS),
     Variant(kind=_K.PROBE_TRIPPED, where=From.AXIS, how=""),
+    Variant(kind=PROCESSOR_HUNG, where=From.AXIS, how=""),
+    Variant(kind=LATCH_STUCK, where=From.AXIS, how=""),
 )
 """Every class of faults, with its lengths and places."""
 
@@ -196,20 +213,90 @@ def variants_named(text: str) -> tuple[Variant, ...]:
     return found
 
 
-def impossible(variant: Variant, phase: Phase) -> str | None:
-    """Return why a fault cannot take effect in a phase; None: it can.
+def impossible(variant: Variant, phase: Phase, design: Design | None = None) -> str | None:
+    """Return why a fault cannot take effect in a phase, or in a design where one is named; None: it can.
 
     A fault for good takes effect as soon as there is something to act on, if only in the next phase.
     """
+    if variant.kind is LATCH_STUCK and design is not None and design.in_path:
+        return f"the lines of {design.title} pass through its processor, without a hold latch"
     still = phase in (Phase.START_UP, Phase.AT_REST, Phase.LARGE)
     if not still or variant.lasts_ps == 0:
         return None
-    if variant.kind is _K.GLITCHES:
-        return "a glitch follows an edge, and an axis that stands still has none"
-    if variant.kind in (_K.STALE_DATA_VALID, _K.TORN_POSITION):
-        return "the old word of an axis that stands still is the right word"
-    if variant.kind is _K.LINE_BROKEN:
-        return "a broken line of an axis that stands still says what it said before"
     if variant.kind is _K.LINES_SWAPPED and phase is Phase.START_UP:
         return "at home both lines say the same, swapped or not"
-    return None
+    return _NOTHING_AT_REST.get(variant.kind)
+
+
+_OLD_WORD = "the old word of an axis that stands still is the right word"
+_NOTHING_AT_REST: Mapping[FaultRow, str] = {
+    _K.GLITCHES: "a glitch follows an edge, and an axis that stands still has none",
+    _K.STALE_DATA_VALID: _OLD_WORD,
+    _K.TORN_POSITION: _OLD_WORD,
+    _K.LINE_BROKEN: "a broken line of an axis that stands still says what it said before",
+}
+
+
+def unreachable(variant: Variant, phase: Phase, design: Design, state: int, direction: str) -> str | None:
+    """Return why a fault's first effect cannot meet axis 1 in a Gray state, 1 to 4, and a direction; None: it can.
+
+    Examples
+    --------
+    >>> swapped = variants_named("A and B swapped, for good")[0]
+    >>> unreachable(swapped, Phase.CUTTING, Design.C, 1, "positive")
+    'A and B say the same in states 1 and 3, swapped or not'
+    """
+    kind = variant.kind
+    waits = kind.activated_by in _WAITS_FOR_EDGES and (phase is Phase.LARGE or not variant.lasts_ps)
+    later = _LATER.get(phase, ()) if waits else ()
+    if phase is Phase.LARGE and kind.activated_by is ActivatedBy.FRAMES:
+        later = ("negative",)  # the next frame comes up to 10 ms later, and the axis begins to move
+    if direction not in (*_DURING[phase], *later):
+        return f"the axis does not move so in the phase {phase.value}" if direction != "rest" else _NO_REST
+    if direction == "rest" and phase is Phase.START_UP and state != 1:
+        return "the axis stands at home, in state 1"
+    if direction == "rest" and kind.activated_by in (ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.EDGES):
+        return "of an axis at rest there is neither an old word that is wrong nor an edge"
+    if (
+        phase is Phase.INSERTION and kind.place is FaultPlace.AXIS and kind is not LATCH_STUCK
+    ):  # it begins with an insertion
+        return f"{design.title} inserts in state 1 only" if design.one_state and state != 1 else None
+    return _LINES[kind](state, direction) if kind in _LINES else None
+
+
+_NO_REST = "the axis does not rest in this phase"
+_WAITS_FOR_EDGES = (ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.CABLE, ActivatedBy.EDGES)
+_DURING = {
+    Phase.START_UP: ("rest",),
+    Phase.AT_REST: ("rest",),
+    Phase.CUTTING: ("positive",),
+    Phase.RAPID: ("positive",),
+    Phase.REVERSAL: ("positive", "negative"),
+    Phase.INSERTION: ("positive",),
+    Phase.PROBING: ("positive",),
+    Phase.LARGE: ("rest",),
+}
+"""How axis 1 moves while faults are injected."""
+_LATER = {
+    Phase.START_UP: ("positive",),
+    Phase.AT_REST: ("positive",),
+    Phase.LARGE: ("negative", "positive"),
+}
+"""How it moves afterwards, where a fault for good that waits for an edge may meet it."""
+
+
+def _of_broken_line(state: int, direction: str) -> str | None:
+    """Return why a resting A is not wrong first in a state: A differs from before behind its own edge."""
+    if direction == "rest":
+        return "a broken line of an axis that stands still says what it said before"
+    behind_edge_of_a = (2, 4) if direction == "positive" else (1, 3)
+    return None if state in behind_edge_of_a else "A is wrong first behind an edge of A"
+
+
+_LINES: Mapping[FaultRow, Callable[[int, str], str | None]] = {
+    _K.CABLE_OPEN: lambda state, direction: "in state 3 both lines are high anyway" if state == 3 else None,
+    _K.LINES_SWAPPED: lambda state, direction: (
+        "A and B say the same in states 1 and 3, swapped or not" if state in (1, 3) else None
+    ),
+    _K.LINE_BROKEN: _of_broken_line,
+}

@@ -60,6 +60,8 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--log", "bus.txt"], "a name that ends in .log, .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
         (["--stand", "--program", "none.nc"], "does not go with --stand"),
+        (["--algorithm", "none.py:Mine"], "none.py: no such file"),
+        (["--algorithm", "none.py:Mine", "--timing", "fast"], "--timing does not go with --algorithm"),
         (["--dbc", "steers.dbc"], "\ufffd[31m"),
     ],
 )
@@ -71,6 +73,30 @@ def test_bad_words_are_refused_in_one_line(capsys, monkeypatch, tmp_path, words,
     _, err = capsys.readouterr()
     lines = [line for line in err.splitlines() if "another terminal" not in line]
     assert len(lines) == 1 and said in lines[0], err
+
+
+def test_a_class_of_ones_own_works_in_the_box_and_what_it_prints_is_no_result(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    (tmp_path / "mine.py").write_text(
+        "class Mine:\n    kept = {}\n    def step(self, t_ps, ab, requested):\n"
+        "        print('a call')\n        return ab, 7, 0\n"
+    )
+    words = [
+        "--algorithm",
+        f"{tmp_path}/mine.py:Mine",
+        "--interface",
+        "virtual",
+        "--channel",
+        "own",
+        "--duration",
+        "200ms",
+        "--json",
+    ]
+    assert main(["box", *words]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["axes"][0]["completed"] == 7
+    assert "a call" in err
+    assert "runs as plain Python, slower: attribute kept is no number" in err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

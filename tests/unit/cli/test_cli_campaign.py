@@ -98,7 +98,7 @@ def test_plans_are_listed_and_shown(capsys, tmp_path):
         (["safety", "--only", "glich"], "did you mean 'glitches"),
         (
             ["safety", "--runs", "1000"],
-            "2048000 jobs is a large product; use at most 100000 jobs, or --yes",
+            "2112000 jobs is a large product; use at most 100000 jobs, or --yes",
         ),
         (
             ["mine.toml", "--only", "never"],

@@ -88,9 +88,9 @@ def test_on_a_terminal_the_user_is_asked(said, tmp_path, monkeypatch, agreed):
         def isatty(self):
             return True
 
-    monkeypatch.setattr("rtec.cli.simulate.sys", type("Sys", (), {"stdin": Terminal(), "stderr": Terminal()}))
-    monkeypatch.setattr("rtec.cli.simulate.LARGE_BYTES", 1_000)
-    monkeypatch.setattr("rtec.cli.simulate.typer.confirm", lambda text, err: asked.append((text, err)) or agreed)
+    monkeypatch.setattr("rtec.cli._seen.sys", type("Sys", (), {"stdin": Terminal(), "stderr": Terminal()}))
+    monkeypatch.setattr("rtec.cli._seen.LARGE_BYTES", 1_000)
+    monkeypatch.setattr("rtec.cli._seen.typer.confirm", lambda text, err: asked.append((text, err)) or agreed)
     code, _, _ = said(*BASE, "--vcd", tmp_path / "run.vcd")
     assert (code, len(asked)) == (0 if agreed else 2, 1)
     assert (tmp_path / "run.vcd").exists() is agreed
@@ -99,7 +99,7 @@ def test_on_a_terminal_the_user_is_asked(said, tmp_path, monkeypatch, agreed):
 
 
 def test_force_writes_it_and_a_pipe_is_not_asked_about(said, refused, tmp_path, monkeypatch):
-    monkeypatch.setattr("rtec.cli.simulate.LARGE_BYTES", 1_000)
+    monkeypatch.setattr("rtec.cli._seen.LARGE_BYTES", 1_000)
     refused(*BASE, "--vcd", tmp_path / "run.vcd")
     assert said(*BASE, "--vcd", tmp_path / "run.vcd", "--force")[0] == 0
     assert said(*BASE, "--vcd", "/dev/null")[0] == 0

@@ -1,5 +1,7 @@
 """Boxes that run their firmware, on a bus: against the model of the box, and plain decoders of their lines."""
 
+from dataclasses import replace
+
 import pytest
 
 from rtec.axis.command import Move
@@ -44,6 +46,19 @@ def test_every_design_inserts_on_the_bus_what_its_model_does(design):
             assert axis.view.completed == axis.view.requested == pytest.approx(steps, abs=0.7)
             assert axis.view.position == 2000 - design.step_counts * axis.view.completed
             assert (axis.off_counts, axis.uninserted_counts) == (0, 0)
+
+
+def test_a_program_of_ones_own_is_what_the_box_runs(tmp_path):
+    """Two bytes that jump to themselves: the box never says that it is homed, and the axis is not let go."""
+    image = tmp_path / "mine.ihx"
+    image.write_text(":0200000080FE80\n:00000001FF\n")
+    own = replace(MCS51, program=image)
+    assert own.name == "mine.ihx on 8051-12mhz"
+    cell = Cell(
+        [settings(Design.C, firmware=False).inserting_by(own)], [[Move(target_mm=2.0, speed_mm_s=2.0)]], SLOPE
+    )
+    cell.run(until_ps=S)
+    assert (cell.axes[0].box_status, cell.axes[0].view.position) == (Status.NOT_HOMED, 0)
 
 
 def test_what_never_began_does_not_end():

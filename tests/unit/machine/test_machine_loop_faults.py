@@ -156,7 +156,13 @@ FOR_GOOD = {"until_ps": None}
     ("faults", "probing"),
     [
         ((at_axis(FaultKind.POWER_LOST), at_axis(FaultKind.POWER_LOST, from_ps=3 * S // 2, until_ps=4 * S)), ()),
-        ((at_axis(FaultKind.POWER_LOST), at_axis(FaultKind.BOX_RESTARTED, from_ps=3 * S // 2, until_ps=None)), ()),
+        (
+            (
+                at_axis(FaultKind.STALE_DATA_VALID),
+                at_axis(FaultKind.TORN_POSITION, from_ps=3 * S // 2, until_ps=None),
+            ),
+            (),
+        ),
         ((at_axis(FaultKind.LINE_BROKEN, **FOR_GOOD), at_axis(FaultKind.CABLE_OPEN, from_ps=2 * S, **FOR_GOOD)), ()),
         ((at_axis(FaultKind.POWER_LOST, **WAITING), at_axis(FaultKind.SWITCH_THROWN, **WAITING)), ()),
         ((), ((1 * S, 3 * S), (2 * S, 4 * S))),

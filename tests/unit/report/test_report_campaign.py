@@ -3,11 +3,16 @@
 import json
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from rtec.cli import main
+from rtec.errors import ArgumentError
+from rtec.report import campaign_tally
 from rtec.report.campaign import sentence, write_campaign
+from rtec.report.campaign_page import fill_page
+from rtec.report.figures_sobol import sobol_figure
 from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import Requirement, read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
@@ -92,6 +97,24 @@ def test_a_plan_of_one_combination_has_jobs_and_no_map(plan, tmp_path):
     assert len(list(page_of(page.parent / "jobs/001-all.html").iter(f"{XHTML}code"))) == 2
 
 
+def test_sobol_indices_are_drawn_as_long_as_they_are(tmp_path):
+    file = tmp_path / "ishigami.toml"
+    drawn = "\n".join(f'{name} = {{ from = -3.14, to = 3.14, draw = "sobol" }}' for name in "xyz")
+    file.write_text(f'job = "tests.campaign_jobs:ISHIGAMI"\nruns = 64\n[try]\n{drawn}\n')
+    found, page, tree = written(read_plan(str(file)), tmp_path / "out")
+    assert "figures/sobol-1.png" in files_in(page.parent) and len(list(tree.iter(f"{SVG}svg"))) == 1
+    value = [one for one in found.sensitivity if one.of == "value"]
+    figure = sobol_figure(value)
+    axes = figure.axes[0]
+    order = [label.get_text() for label in axes.get_yticklabels()]
+    by_name = {one.parameter: one for one in value}
+    assert order == sorted(by_name, key=lambda name: -by_name[name].total)
+    first, total = ([bar.get_width() for bar in bars] for bars in axes.containers)
+    assert (first, total) == ([by_name[name].first for name in order], [by_name[name].total for name in order])
+    ends = [tuple(line.get_xdata()) for line in axes.lines]
+    assert ends == [by_name[name].first_95 for name in order] + [by_name[name].total_95 for name in order]
+
+
 def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tmp_path):
     many = replace(plan.only(["pass", "level=1"]), runs=503)
     _, page, _ = written(many, tmp_path / "out")
@@ -102,6 +125,7 @@ def test_the_page_of_many_jobs_shows_some_and_says_where_the_others_are(plan, tm
 
 def test_the_command_writes_a_report_of_faults_with_threats_and_repeats_its_jobs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(campaign_tally, "_MOST_PICTURES", 1)
     words = ["campaign", "safety", "--only", "pc-killed,threat=deletion,c,cutting", "--runs", "1", "--workers", "1"]
     assert main([*words, "-o", "out"]) == 0
     tree = page_of(tmp_path / "out" / "report.html")
@@ -110,10 +134,18 @@ def test_the_command_writes_a_report_of_faults_with_threats_and_repeats_its_jobs
     assert threats["deletion"][2] == Threat.DELETION.defence
     assert threats["deletion"][6] == f"0 of 10: below {1 - 0.05 ** (1 / 10):.2g}"
     assert "box: link lost" in threats["programs and power"][3]
-    command = text_of(next(page_of(tmp_path / "out/jobs/011-pc-killed.html").iter(f"{XHTML}code")))
+    jobs = page_of(tmp_path / "out/jobs/011-pc-killed.html")
+    pictures = [one for one in files_in(tmp_path / "out") if one.endswith(".svg") and one.startswith("jobs/")]
+    assert len(pictures) == 1
+    assert {one.replace(".svg", ".vcd") for one in pictures} <= files_in(tmp_path / "out")
+    command = text_of(next(row for row in jobs.iter(f"{XHTML}tr") if row.get("id")).find(f".//{XHTML}code"))
     capsys.readouterr()
-    assert main(command.split()[1:]) == 0
-    assert json.loads(capsys.readouterr().out)["as_stored"] is True
+    assert main([*command.split()[1:], "-o", "job"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["as_stored"] is True and Path(document["report"]).exists()
+    assert (tmp_path / "job/job.vcd").read_text().startswith("$version")
+    shown = text_of(page_of(tmp_path / "job/report.html"))
+    assert "PC killed: safe stop" in shown and command in shown
     assert main([*words, "-o", "out"]) == 2
     assert "--force" in capsys.readouterr().err
 
@@ -123,3 +155,26 @@ def test_every_threat_of_the_standard_is_met_by_a_defence_and_tried_by_a_fault()
         "repetition", "deletion", "insertion", "resequencing", "corruption", "delay", "masquerade"
     }  # fmt: skip
     assert set(THREATS.values()) == set(Threat)
+
+
+def test_a_page_keeps_its_words_and_gets_the_tables_that_it_has_places_for(plan, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# Mine\n\n<!-- rtec campaign <mine>: rates -->\nold\n<!-- end -->\n\nstays\n\n"
+        "<!-- rtec campaign <mine>: results -->\n<!-- end -->\n"
+        "<!-- rtec campaign other: rates -->\nkept\n<!-- end -->\n"
+    )
+    with Store(":memory:") as store:
+        found, addresses = run_campaign(plan, store, Serial()), addresses_of(plan)
+        assert fill_page(page, found, store, addresses) == ["rates", "results"]
+        text = page.read_text()
+        assert "old" not in text and "\nstays\n" in text and "\nkept\n" in text
+        rows = [line.split(" | ")[:3] for line in text.splitlines() if line.startswith("| fail ")]
+        assert rows == [["| fail", "6", "6"]]
+        assert fill_page(page, found, store, addresses) and page.read_text() == text
+        page.write_text("<!-- rtec campaign <mine>: threats -->\n<!-- end -->\n")
+        with pytest.raises(ArgumentError, match="'threats' is no table of this plan; use results, rates"):
+            fill_page(page, found, store, addresses)
+        page.write_text("# Mine\n")
+        with pytest.raises(ArgumentError, match="has no place for this plan"):
+            fill_page(page, found, store, addresses)

@@ -60,6 +60,18 @@ def test_records_are_those_of_processes(scheduler, plan):
         assert 1 <= len(workers) <= 2
 
 
+def test_the_text_of_an_algorithm_of_ones_own_reaches_the_workers(scheduler, tmp_path):
+    (tmp_path / "mine.py").write_text("class Mine: ...\n")
+    (tmp_path / "own.toml").write_text(
+        'job = "tests.campaign_jobs:OWN"\n[try]\ndesign = "c"\nalgorithm = "mine.py:Mine"\n'
+    )
+    plan = read_plan(str(tmp_path / "own.toml"))
+    (tmp_path / "mine.py").unlink()
+    with Store(":memory:") as store, Cluster(scheduler, plan.kind.function) as cluster:
+        assert run_campaign(plan, store, cluster).good
+        assert next(store.records(addresses_of(plan))).record["texts"] == "mine.py: class Mine: ...\n"
+
+
 def _age(version):
     from rtec.verify.campaign import code
 

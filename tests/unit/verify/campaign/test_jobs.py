@@ -1,6 +1,7 @@
 """Built-in plans give what the commands of old give, field by field."""
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 
@@ -15,6 +16,7 @@ from rtec.verify.campaign.executors import Serial
 from rtec.verify.campaign.plan import read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
+from rtec.verify.campaign.trace import trace_of
 from rtec.verify.envelope.jobs import row_record
 from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
 from rtec.verify.safety.jobs import episode_record, inject, trial_record
@@ -56,6 +58,7 @@ def test_safety_is_that_of_rtec_safety():
             hyphened(one.phase.value),
             hyphened(one.variant.name.replace(",", "")),
             "none",
+            "none",
             one.seed,
         ): one
         for one in matrix.trials
@@ -66,7 +69,13 @@ def test_safety_is_that_of_rtec_safety():
     assert found.keys() == wanted.keys()
     for key, trial in wanted.items():
         record = dict(found[key])
-        assert 0 <= record.pop("moment_ps") < 8 * 10**12
+        moment_ps, activated_ps = record.pop("moment_ps"), record.pop("activated_ps")
+        assert (activated_ps is None) == (trial.fired == 0)
+        if trial.fired:
+            detected_ps = 8 * 10**12 if trial.detected_ps is None else trial.detected_ps
+            assert 0 <= moment_ps <= activated_ps <= detected_ps
+        where = record.pop("state"), record.pop("direction")
+        assert where in {(None, None), *product((1, 2, 3, 4), ("positive", "rest"))}
         assert record == trial_record(trial)
         assert (record["outcome"], record["fired"]) == (trial.outcome.value, trial.fired)
         assert record["result"] == _expected(trial)
@@ -115,7 +124,7 @@ def test_a_soak_is_that_of_rtec_safety_soak():
     found = records_of(plan)
     for episode in soak.episodes:
         if episode.design is Design.A and episode.number < 2:
-            assert found.pop(("a", 60.0, episode.number)) == episode_record(episode)
+            assert found.pop(("a", 60.0, "none", episode.number)) == episode_record(episode)
     assert not found
 
 
@@ -164,6 +173,20 @@ def test_the_lathe_is_that_of_rtec_run():
     assert found["rms_um"] == 1000.0 * row.figures.rms
     coarse = corrected_axis(usual | {"count_um": 4.0}, seed=study.seed, run=5)
     assert coarse["E_um"] > found["E_um"] + 2.0
+    warm = corrected_axis(usual | {"thermal_um": 40.0, "warm_up_min": 1.0}, seed=study.seed, run=5)
+    assert warm["rms_um"] == pytest.approx(40.0, abs=2.0)  # nearly all readings are taken far behind a minute
+
+
+def test_a_table_of_a_calibration_knows_as_much_of_the_lathe_as_its_targets_show():
+    usual = {one.name: one.usual[0] for one in LATHE.parameters} | {"model": "table", "repeatability_um": 0.0}
+    errors = {"offset_um": 15.0, "scale_um_m": 25.0, "pitch_map": 0.5, "backlash": 0.7, "cyclic_phase_deg": 90.0}
+    smooth = corrected_axis(usual | errors | {"cyclic": 0.0, "table_spacing_mm": 25.4, "repeats": 1}, seed=1, run=0)
+    assert smooth["rms_um"] < 2.0  # two counts of 1 um: an inch is close enough for all but the cyclic error
+    cyclic = usual | errors | {"cyclic": 1.0, "repeats": 1}
+    wide, close = (corrected_axis(cyclic | {"table_spacing_mm": mm}, seed=1, run=0) for mm in (25.4, 0.635))
+    # at whole turns of the screw the table sees one phase; the thesis measured 37 um peak to peak
+    assert wide["cyclic_pp_um"] == pytest.approx(0.00145 * 25400.0, rel=0.3)
+    assert close["cyclic_pp_um"] < 0.2 * wide["cyclic_pp_um"]
 
 
 def test_games_are_those_of_the_confusion_matrix():
@@ -174,3 +197,25 @@ def test_games_are_those_of_the_confusion_matrix():
         record = found["nothing-white-noise", played.trial]
         assert record["result"] == ("passed" if played.right else "failed")
         assert (record["outcome"], record["game_seed"]) == (played.said, str(played.seed))
+
+
+def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
+    plan = read_plan("open-faults").only(
+        ["missed-edge", "power-lost", "hold-latch-stuck-open", "phase=0.5", "c", "b"]
+    )
+    found = list(records_of(replace(plan, runs=1)).values())
+    # steady: two faults and two designs at three frequencies; reversal: these and the latch of C
+    assert len(found) == 2 * 2 * 3 * 2 + 3
+    outcomes = {(record["result"], record["outcome"], record["beyond_supervision"]) for record in found}
+    assert ("exempt", "silent corruption", "before the box") in outcomes
+    assert {one for one in outcomes if one[0] == "failed"} == set()
+    assert all(record["activated_ps"] >= record["moment_ps"] for record in found if record["activated_ps"])
+    plan = plan.only(["missed-edge", "c", "motion=steady"])
+    second = list(records_of(replace(plan, runs=1, grid={**plan.grid, "second": ("power-lost",)})).values())
+    assert all(record["second_activated_ps"] >= record["second_moment_ps"] for record in second)
+    # what there is to see of a job is the run that its record is of
+    for job in replace(plan, runs=1).jobs():
+        record, trace = job.carry_out(), trace_of(plan.kind, job)
+        assert trace.marks == ((record["activated_ps"], "missed-edge"),)
+        assert trace.controller.counts().net == record["controller_counts"]
+        assert trace.completed.final == record["corrections_inserted"]

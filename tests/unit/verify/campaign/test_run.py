@@ -4,7 +4,9 @@ import csv
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
+import numpy as np
 import pytest
+import scipy
 
 from rtec.verify.campaign import code
 from rtec.verify.campaign.executors import Batch, OtherCodeError, Processes, Serial, carry_out
@@ -67,6 +69,14 @@ def test_another_code_runs_everything_again(plan, monkeypatch):
             monkeypatch.setattr(f"rtec.verify.campaign.{module}.code_of", lambda function: "other code")
         run_campaign(small, store, executor)
         assert (executor.jobs, store.of_other_code("other code")) == (40, 20)
+
+
+def test_the_code_names_the_libraries_that_its_modules_import(monkeypatch):
+    lathe, own = "rtec.study.jobs:corrected_axis", "tests.campaign_jobs:ill_fated"
+    assert f"numpy {np.__version__}" in code.code_of(own) and "scipy" not in code.code_of(own)
+    assert f"scipy {scipy.__version__}" in code.code_of(lathe)  # its modules import it in functions
+    monkeypatch.setattr(code.metadata, "version", lambda package: "0.1")
+    assert "scipy 0.1" in code.code_of.__wrapped__(lathe)
 
 
 def test_a_job_that_raises_is_told_and_tried_again(plan):
@@ -168,4 +178,9 @@ def test_exports_hold_a_row_for_each_job(plan, tmp_path):
     properties = {one.get("name"): one.get("value") for one in suite[0].iter("property")}
     assert properties["again"] == f"rtec campaign 'a & b.toml' --job {addresses[0]}"
     assert (properties["fate"], properties["run"], properties["requirement"]) == ("pass", "0", "SR-1")
-    assert [line.split(",")[1] for line in lines] == ["requirement", *["SR-1", "SR-1 SR-2", "SR-1"] * 2]
+    with (tmp_path / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["requirement"] for row in rows] == ["SR-1", "SR-1 SR-2", "SR-1"] * 2
+    assert {(row["plan"], row["seed"], row["version"]) for row in rows} == {
+        ("a & b", "1", code.code_of("tests.campaign_jobs:ill_fated"))
+    }

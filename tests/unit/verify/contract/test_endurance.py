@@ -82,7 +82,7 @@ class Byte(designs.C):
 
 def test_a_refusal_with_a_reason_is_right_and_told():
     trials = on_the_bench(InProcess(Byte), Design.C)
-    assert [(endure(trials, kind).depth, endure(trials, kind).limit) for kind in (STEPS, JUMPS)] == [
+    assert [(found.depth, found.limit) for found in (endure(trials, kind) for kind in (STEPS, JUMPS))] == [
         (127, "more is refused: the word is full"),
         (3, "more is refused: the word is full"),
     ]

@@ -21,7 +21,7 @@ ORDER = [
 
 
 SHARES: list[float] = []
-NO_SPEEDS = lambda self, parts: None  # noqa: E731 - most of the runs, of which the right design has all
+NO_SPEEDS = lambda *_: None  # noqa: E731 - most of the runs, of which the right design has all
 
 
 def fast(design, real_edges):
@@ -38,7 +38,7 @@ def right():
 @pytest.fixture(scope="module")
 def wrong():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtec.verify.contract.suite._Suite._speeds", NO_SPEEDS)
+        patch.setattr("rtec.verify.contract.suite.measure_speeds", NO_SPEEDS)
         return check_algorithm(InProcess(mutants.CRawPins), Contract(step_counts=2), tries=160)
 
 
@@ -130,8 +130,8 @@ def test_what_breaks_ends_the_trials():
     ],
 )
 def test_cases_of_ones_own_are_one_more_check(monkeypatch, own, passed, says):
-    monkeypatch.setattr("rtec.verify.contract.suite._Suite._speeds", NO_SPEEDS)
-    monkeypatch.setattr("rtec.verify.contract.suite._Suite._endure", lambda self, kind, parts: None)
+    monkeypatch.setattr("rtec.verify.contract.suite.measure_speeds", NO_SPEEDS)
+    monkeypatch.setattr("rtec.verify.contract.suite.KINDS", ())
     verdict = check_algorithm(fast(Design.C, RealEdges.MERGE), Contract(step_counts=2), tries=16, more=lambda _: own)
     (check,) = [check for check in verdict.checks if check.name == "motion"]
     assert check.passed is passed

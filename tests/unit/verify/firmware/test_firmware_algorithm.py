@@ -9,6 +9,7 @@ from firmware_model import Image, read_hex
 from rtec.board import Microcontroller
 from rtec.injector import Design
 from rtec.signal import EdgeStream
+from rtec.verify.bench import Bench
 from rtec.verify.contract.contract import Contract
 from rtec.verify.contract.hunt import hunt
 from rtec.verify.contract.judge import Fault
@@ -16,7 +17,6 @@ from rtec.verify.contract.streams import Stream
 from rtec.verify.contract.trials import Case, Trials
 from rtec.verify.firmware import algorithm as firmware_algorithm
 from rtec.verify.firmware.algorithm import Firmware
-from rtec.verify.firmware.bench import Bench
 
 CHIP = dataclasses.replace(Microcontroller.named("8051-12mhz"), part="8051")
 STREAMS = [
@@ -43,7 +43,7 @@ def changed(design, old, new, chip=CHIP):
 def by_small_steps(firmware, stimulus):
     """The same run by the board alone, a few microseconds at a time, its words looked at in between."""
     bench, board = firmware.bench, firmware.bench.board
-    bench.go_back(firmware._homes[stimulus.edges.initial])
+    bench.reset(firmware._homes[stimulus.edges.initial])
     begun_ps, edges = board.now_ps, stimulus.edges
     asked = dict(zip(stimulus.requests.times_ps.tolist(), stimulus.requests.totals.tolist(), strict=True))
     looks = sorted({*range(0, stimulus.until_ps, 7_000_000), *asked, stimulus.until_ps} - {0})

@@ -1,9 +1,11 @@
 """rtec safety: the table, the page, the exit code, and what it refuses."""
 
 import json
+from pathlib import Path
 
 import pytest
 
+import rtec.examples
 from rtec.cli import main
 from rtec.injector import Design
 from rtec.machine.faults import FaultKind
@@ -76,7 +78,7 @@ def test_the_page_and_its_picture(capsys, tmp_path):
 
 
 def test_an_undetected_error_is_an_exit_code_of_one(capsys, monkeypatch):
-    monkeypatch.setattr(safety_matrix, "is_wrong", lambda axis, twin: True)
+    monkeypatch.setattr(safety_matrix, "is_wrong", lambda axis, twin: axis is not twin)
     code, out, _ = said(capsys, "--seeds", "1", "--design", "c")
     assert code == 1
     assert "undetected error: frame duplicated, once, PC to box, cutting, design c, run 0" in " ".join(out.split())
@@ -103,6 +105,29 @@ def test_a_soak_beside_it(capsys):
     assert (code == 0) == (soak["missing"] == [])  # so short a soak has not met every class
 
 
+OWN = Path(rtec.examples.__file__).parent / "mutants.py"
+
+
+def test_a_class_of_ones_own_that_is_wrong_without_any_fault_is_told_so(capsys):
+    words = (
+        "--algorithm",
+        f"{OWN}:COrder",
+        "--step",
+        "2",
+        "--phase",
+        "cutting",
+        "--fault",
+        "pc-killed",
+        "--seeds",
+        "1",
+    )
+    code, out, _ = said(capsys, *words)
+    assert code == 1
+    assert out.startswith("mutants.py:COrder, in the place of:")
+    assert "wrong without any fault: cutting, design c, run 0" in out
+    assert f"rtec safety --algorithm {OWN}:COrder --fault 'PC killed'" in out
+
+
 @pytest.mark.parametrize(
     ("words", "said_of_it"),
     [
@@ -118,6 +143,17 @@ def test_a_soak_beside_it(capsys):
         (["--phase", "cuting"], "did you mean 'cutting'?"),
         (["--phase", "x"], "start-up, at-rest"),
         (["--fault", "stale data valid, for 20 ms", "--phase", "at-rest"], "cutting, rapid"),
+        (["--algorithm", "none.py:Mine", "--design", "c"], "none.py: no such file"),
+        (["--algorithm", "none.ihx", "--design", "c"], "none.ihx: No such file"),
+        (["--algorithm", f"{OWN}:Mine", "--design", "c"], "there is no class Mine"),
+        (["--algorithm", f"{OWN}:COrder"], "--design original|a|b|c once, or --step N"),
+        (["--algorithm", f"{OWN}:COrder", "--design", "c", "--design", "a"], "--design original|a|b|c once"),
+        (["--algorithm", f"{OWN}:COrder", "--step", "3"], "--step: 3 in 00,10,11,01 fits no box"),
+        (["--algorithm", f"{OWN}:COrder", "--step", "2", "--design", "c"], "--step does not go with --design"),
+        (["--algorithm", str(OWN), "--design", "c"], "does not say which class"),
+        (["--algorithm", "top.v", "--design", "c"], "cannot work in these boxes; use file.py:Name or image.ihx"),
+        (["--algorithm", "c", "--design", "c"], "a design of rtec needs no --algorithm"),
+        (["--states", "00"], "--states needs --algorithm"),
     ],
 )
 def test_bad_input_is_one_line(capsys, words, said_of_it):

@@ -61,7 +61,7 @@ def test_an_undetected_error_fails_the_soak_unless_no_supervision_can_catch_it(s
     bad = dataclasses.replace(
         soak.episodes[number],
         outcome=Outcome.UNDETECTED,
-        injected=(Injected(variant=variant, phase=Phase.CUTTING, axis=1),),
+        injected=(Injected(variant=variant, phase=Phase.CUTTING, axis=1, activated_ps=0),),
         wrong="1 counts",
     )
     episodes = list(soak.episodes)
