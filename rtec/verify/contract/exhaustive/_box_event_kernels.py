@@ -56,8 +56,9 @@ def may_come(s: Record, m: Record, kind: int) -> bool:
     if kind == REQUEST:
         idle = s.phase == IDLE and inserts_here(s)
         return bool(idle or (s.phase == ARMED and s.recognised_ps >= NOW_PS))
-    least = m.least_same[m.motion] if m.motion == STANDING or kind - 1 == m.direction else m.least_turn[m.motion]
-    return bool(m.since >= least)
+    if m.motion == STANDING or kind - 1 == m.direction:
+        return bool(m.since >= m.least_same[m.motion])
+    return bool(m.since >= m.least_turn[FIRST if m.fresh == 1 else m.motion])
 
 
 @helper
@@ -123,9 +124,8 @@ def take_edge(s: Record, m: Record, move: int, sides: int) -> None:
     if sides & AT_RECOGNISED:
         s.recognised_ps -= 1
     injector_edge(s, NOW_PS, level)
-    if m.motion == STANDING:  # only the same direction is bound by the time from power-up
-        m.motion = m.classes - 1 if m.since >= m.begins[m.classes - 1] else FIRST
-    elif move != m.direction:
+    m.fresh = 1 if m.motion == STANDING else 0
+    if m.fresh == 0 and move != m.direction:
         m.motion = TURNED
     else:
         m.motion = MOVING

@@ -37,6 +37,7 @@ MODEL = np.dtype(
         ("looked", np.int64),  # the last look of the processor
         ("direction", np.int64),  # of the last edge; 0: none yet
         ("motion", np.int64),  # its class
+        ("fresh", np.int64),  # 1: it was the first one, and may be taken back at once
         ("since", np.int64),  # the last edge, or power-up
         ("off", np.int64),  # controller less encoder less completed steps
         ("off_for", np.int64),
@@ -122,7 +123,8 @@ def pack(s: Record, m: Record, now_ps: int) -> None:
         copies = s.phase == SAMPLING or s.phase == WRITING or s.ab_in != s.sampled
         if s.in_path == 1 and copies:  # else the interval is looked at only behind the edge that ends it
             timed = 2 if s.interval_ps >= UNTIMED_PS else 1 if s.interval_ps >= s.gate_ps else 0
-    w = put(0, 12, m.since, m)
+    w = put(0, 1, m.fresh, m)
+    w = put(w, 12, m.since, m)
     w = put(w, 12, before, m)
     w = put(w, 2, timed, m)
     w = put(w, 2, m.direction + 1, m)
@@ -174,7 +176,8 @@ def unpack(first: int, second: int, s: Record, m: Record) -> None:
     s.interval_ps = NEVER if timed == 2 else s.gate_ps if timed == 1 else 0
     before = (w >> 37) & 4095
     s.edge_before_ps = -NEVER if before > m.gate else now_ps - before * grid_ps
-    m.since = w >> 49
+    m.since = (w >> 49) & 4095
+    m.fresh = w >> 61
     s.last_edge_ps = now_ps - m.since * grid_ps
     s.completed = 0
 
@@ -190,6 +193,6 @@ def fields_of(first: NDArray[np.int64], second: NDArray[np.int64]) -> dict[str, 
         "off": ((second >> 22) & 31) - 16,
         "off_for": second & 16383,
         "out_line": (second >> 20) & 3,
-        "since": second >> 49,
+        "since": (second >> 49) & 4095,
         "sign": 2 * ((first >> 4) & 1) - 1,
     }

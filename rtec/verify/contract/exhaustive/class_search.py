@@ -84,7 +84,7 @@ class ClassSearch:
         self.forgets_ps: int = declared["FORGETS_PS"]
         self._forgets = -(-self.forgets_ps // self.grid_ps)
         quiet = max(self._forgets, round(2 * contract.quarter_ps) // self.grid_ps)
-        self.encoder = EncoderModel.of(contract, grid_ps=self.grid_ps, quiet=quiet)
+        self.encoder = EncoderModel.of(contract, grid_ps=self.grid_ps, quiet=quiet, speeds=2)
         self._longest = max(quiet, self.encoder.begins[-1])
         self._separation = -(-contract.separation_ps // self.grid_ps)
         self._delay = contract.delay_ps // self.grid_ps

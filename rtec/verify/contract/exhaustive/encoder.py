@@ -9,7 +9,7 @@ from rtec.verify.contract._stream_kernels import fastest_hz, too_soon
 from rtec.verify.contract.contract import Contract
 
 MOVING = 3
-_SPEEDS = 60
+SPEEDS = 60
 """Classes of a motion that goes on: by the time between its last two edges, each time a bit slower."""
 
 
@@ -25,8 +25,8 @@ class EncoderModel:
     On an axis that reaches 500 kHz, a slow edge is not followed by a fast one, and nothing turns at speed:
 
     >>> model = EncoderModel.of(Contract(step_counts=4), grid_ps=20_000, quiet=100)
-    >>> model.begins, model.least_same, model.least_turn
-    ((0, 0, 0, 0, 107), (1, 22, 100, 22, 100), (1, 5, 5, 100, 5))
+    >>> model.begins[-1], model.least_same[:4], model.least_same[-1], model.least_turn[:4], model.least_turn[-1]
+    (107, (1, 22, 100, 22), 100, (1, 5, 5, 100), 5)
     """
 
     begins: tuple[int, ...]
@@ -42,7 +42,7 @@ class EncoderModel:
         return 2 if turns else max(k for k in range(MOVING, last + 1) if since >= self.begins[k])
 
     @classmethod
-    def of(cls, contract: Contract, *, grid_ps: int, quiet: int) -> EncoderModel:
+    def of(cls, contract: Contract, *, grid_ps: int, quiet: int, speeds: int = SPEEDS) -> EncoderModel:
         """Return the model of a contract; times of ``quiet`` points and more are not told apart.
 
         Notes
@@ -70,8 +70,8 @@ class EncoderModel:
         slowest = min(quiet, max(shortest, 7 * least_after(turned_hz, 2 * quiet) // 10))
         begins, same = [0, 0, 0, 0], [1, shortest, least_after(turned_hz), shortest]
         interval = shortest
-        for k in range(1, _SPEEDS):
-            goal = shortest * (slowest / shortest) ** (k / (_SPEEDS - 1))
+        for k in range(1, speeds):
+            goal = int(shortest * (slowest / shortest) ** (k / (speeds - 1)))
             while same_after(interval) < goal:
                 interval += 1
             if same_after(interval) > same[-1]:
