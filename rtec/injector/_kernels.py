@@ -44,7 +44,9 @@ def note_edge(s: Record, t_ps: int, ab: int) -> None:
 
 @step
 def injector_edge(s: Record, t_ps: int, ab: int) -> None:
-    """Take a real transition to ``ab`` at ``t_ps``."""
+    """Take a real transition to ``ab`` at ``t_ps``; behind a latch that sticks closed nothing sees one."""
+    if s.holds == STUCK:
+        return
     note_edge(s, t_ps, ab)
     if s.in_path == 1:
         if s.powered == 1 and (s.phase == IDLE or (s.phase == ARMED and t_ps <= s.recognised_ps)):
@@ -86,7 +88,7 @@ def injector_fire(s: Record) -> None:
     elif s.phase == WRITING:
         write(s, t_ps)
     elif s.phase == LETTING_GO:
-        s.holding = 1 if s.holds == STUCK else 0
+        s.holding = 0
         cancel(s)
         drive(s)
         arm_at_rest(s, t_ps)
@@ -148,14 +150,16 @@ def injector_hang(s: Record) -> None:
 
 
 @helper
-def injector_latch(s: Record, sticks: int, closed: int) -> None:
-    """Let the hold latch stick, open or closed, or work again."""
-    s.holds = 1
-    if sticks == 1:
-        s.holds = STUCK if closed == 1 else 0
-    if closed == 1 and s.holding == 0:
-        s.held = s.ab_in
-    s.holding = closed
+def injector_latch(s: Record, t_ps: int, level: int, sticks: int, closed: int) -> None:
+    """Let the hold latch stick, open or closed, or work again; ``level`` is that of the lines before it."""
+    if closed == 1:
+        s.ab_in = s.held if s.holding == 1 else s.ab_in
+        s.holds = STUCK
+        return
+    s.holds = 1 - sticks
+    s.holding = 0
+    if level != s.ab_in:
+        injector_edge(s, t_ps, level)
     drive(s)
 
 

@@ -59,7 +59,7 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     if not finds_box(st, kind):
         return
     if kind == HUNG or kind == LATCH:
-        begin_inside(st, kind)
+        begin_inside(st, t_ps, kind)
     elif kind == BOX_RESTART:
         switch_power(st, box, t_ps, 0)
         switch_power(st, box, t_ps, 1)
@@ -81,10 +81,10 @@ def begin_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
 
 
 @helper
-def begin_inside(st: Record, kind: int) -> None:
+def begin_inside(st: Record, t_ps: int, kind: int) -> None:
     """Let the program of a modelled box stand still, or its hold latch stick closed."""
     if kind == LATCH:
-        injector_latch(st.injector, 1, 1)
+        injector_latch(st.injector, t_ps, st.lines, 1, 1)
     else:
         injector_hang(st.injector)
         st.powered = STANDS_STILL
@@ -109,7 +109,7 @@ def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
         if st.powered == 0:
             switch_power(st, box, t_ps, 1)
     elif kind == LATCH:
-        injector_latch(st.injector, 0, 0)
+        injector_latch(st.injector, t_ps, st.lines, 0, 0)
     elif kind == SWITCH_THROWN:
         box_switch(st, box, t_ps, 1)
     elif kind == STALE_WORD or kind == TORN_WORD:

@@ -22,9 +22,7 @@ from rtec.board._board_kernels import (
     gates as board_gates,
     time_of,
 )
-from rtec.injector._insertion_kernels import drive
-from rtec.injector._kernels import injector_edge, injector_hang, injector_request
-from rtec.injector._state_kernels import STUCK
+from rtec.injector._kernels import injector_edge, injector_hang, injector_latch, injector_request
 from rtec.machine._open_kernels import run_box_until, see_box
 from rtec.machine._recorder_kernels import has_room
 from rtec.signal._kernels import NEVER
@@ -74,7 +72,7 @@ def run_window(
             at[EDGES_DONE] = i + 1
             if board is not None:
                 board_edge(board[0], board[2], board[3], board[4], t_ps, int(levels[i]))
-            elif s.holds != STUCK:
+            else:
                 injector_edge(s, t_ps, int(levels[i]))
         see_box(m, board, t_ps, tape)
 
@@ -87,19 +85,8 @@ def hang(s: Record) -> None:
 
 @kernel
 def set_latch(s: Record, t_ps: int, level: int, sticks: int, closed: int) -> None:
-    """Let the hold latch of a modelled box stick, open or closed, or work again; ``level`` is that of the lines.
-
-    Behind a closed latch neither gates nor processor see an edge.
-    """
-    if closed == 1:
-        s.ab_in = s.held if s.holding == 1 else s.ab_in
-        s.holds = STUCK
-        return
-    s.holds = 1 - sticks
-    s.holding = 0
-    if level != s.ab_in:
-        injector_edge(s, t_ps, level)
-    drive(s)
+    """Let the hold latch of a modelled box stick, open or closed, or work again; ``level`` is that of the lines."""
+    injector_latch(s, t_ps, level, sticks, closed)
 
 
 @kernel

@@ -219,7 +219,7 @@ PROCESSOR_HUNG = FaultRow(
     "processor hung", _at.HUNG, _F.POWER, _A.BEGUN, "the box's program stands still, its outputs stay",
 )  # fmt: skip
 LATCH_STUCK = FaultRow(
-    "hold latch stuck closed", _at.LATCH, _F.BOX, _A.EDGES, "the gates keep A and B as they are",
+    "hold latch stuck closed", _at.LATCH, _F.BOX, _A.EDGES, "A and B rest behind it, for gates and processor",
 )  # fmt: skip
 INSIDE_BOX = PROCESSOR_HUNG, LATCH_STUCK
 """Of a box that is modelled, in a cell; the open path has rows of its own."""

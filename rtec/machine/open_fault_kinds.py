@@ -91,7 +91,10 @@ ONLY_OPEN = (
     ),
     OpenFaultRow("clock fast", CLOCK, _F.BOX, _A.TWIN, "the processor runs at twice its rate", factor=2.0),
     OpenFaultRow("clock slow", CLOCK, _F.BOX, _A.TWIN, "the processor runs at half its rate", factor=0.5),
-    OpenFaultRow("hold latch stuck closed", LATCH, _F.BOX, _A.TWIN, "the gates keep the lines as they are", number=1),
+    OpenFaultRow(
+        "hold latch stuck closed", LATCH, _F.BOX, _A.TWIN, "A and B rest behind it, for gates and processor",
+        number=1,
+    ),
     OpenFaultRow("hold latch stuck open", LATCH, _F.BOX, _A.TWIN, "real edges merge with the pulses"),
     OpenFaultRow(
         "request corrupted", REQUEST, _F.TOTAL, _A.BEGUN, "a bit of the next request is wrong, of no other",

@@ -165,7 +165,7 @@ def test_bad_input_is_one_line(capsys, words, said_of_it):
 
 def test_the_case_is_not_good_where_a_fault_never_struck():
     some = tuple(variant for variant in VARIANTS if variant.kind is FaultKind.PC_KILLED)
-    plan = MatrixPlan(designs=(), phases=(Phase.CUTTING,), variants=some)
+    plan = MatrixPlan(designs=(Design.C,), phases=(Phase.CUTTING,), variants=some)
     case = safety.SafetyCase(matrix=safety_matrix.Matrix(plan=plan, trials=()), ramps=(), soak=None)
     assert case.matrix.unproven == ((some[0], Phase.CUTTING),)
     assert not case.good
