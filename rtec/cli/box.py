@@ -17,6 +17,7 @@ from rtec.cli._live import MACHINE, TIMES
 from rtec.cli._own_box import algorithm, load
 from rtec.cli._parameters import Works, apart, flag, option, pure, quantity, whole, works
 from rtec.cli._verb import said
+from rtec.errors import ArgumentError
 from rtec.units import LENGTH
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def box(
     ]
     moves = _moves(program, home_mm, speed, stand=stand)
     if algorithm is not None:
-        settings = _inserting_by(algorithm, settings, timing=bool(said(context, "timing")))
+        settings = _inserting_by(algorithm, settings, said(context, "design", "timing"))
     first = _first_session(seed)
     events = Events(_live.event_printer(as_json))
     with ExitStack() as stack:
@@ -163,10 +164,12 @@ def box(
         raise typer.Exit(_FAILS)
 
 
-def _inserting_by(algorithm: str, settings: list[StationSettings], *, timing: bool) -> list[StationSettings]:
+def _inserting_by(algorithm: str, settings: list[StationSettings], words: list[str]) -> list[StationSettings]:
     """Return the axes with an algorithm of the user's in their boxes."""
-    if timing:
+    if "--timing" in words:
         raise apart("--timing", "--algorithm", "it is of the box of a design")
+    if "--design" not in words:
+        raise ArgumentError("--algorithm", algorithm, "--design beside it: the one whose step and states it has")
     works_in_it = load(algorithm)
     if why := getattr(works_in_it, "note", ""):
         note(f"{algorithm} runs as plain Python, slower: {why}")

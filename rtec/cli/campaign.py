@@ -93,6 +93,12 @@ def campaign(
     from rtec.verify.campaign.store import Store
 
     next(chosen.jobs())  # a plan that can prove nothing is refused before a file is made
+    files = {
+        kind: each
+        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output), ("page", page))
+        if each
+    }
+    _check_files(chosen, files, "--count" if count else "--job" if job is not None else None)
     if count or job is not None:
         with Store(file if file.exists() else ":memory:") as kept:
             if count:
@@ -100,17 +106,23 @@ def campaign(
             else:
                 _one(chosen, kept, str(job), again, output)
         return
-    files = {
-        kind: each
-        for kind, each in (("csv", csv), ("junit", junit), ("parquet", parquet), ("report", output), ("page", page))
-        if each
-    }
     with _executor(chosen, workers, scheduler) as executor, Store(file) as kept:
         for other in merge or []:
             _console.note(f"{kept.merge(other)} records taken over from {other}")
         good = _carry_out(chosen, kept, executor, again, files, json)
     if not good:
         raise typer.Exit(1)
+
+
+def _check_files(plan: Plan, files: dict[str, Path], part: str | None) -> None:
+    """Refuse files of a whole campaign beside a part of it, and a page without a place for the plan."""
+    for name in files:
+        if part == "--count" or (part == "--job" and name != "report"):
+            raise apart("-o" if name == "report" else f"--{name}", part, "it is of the whole plan")
+    if "page" in files:
+        from rtec.report.campaign_page import check_page
+
+        check_page(files["page"], plan)
 
 
 def _list(json: bool) -> None:

@@ -108,6 +108,10 @@ def end_at_axis(st: Record, box: Any, t_ps: int, f: Record) -> None:
     if kind == POWER_OFF:
         if st.powered == 0:
             switch_power(st, box, t_ps, 1)
+    elif kind == HUNG:
+        if st.powered == STANDS_STILL:
+            switch_power(st, box, t_ps, 0)
+            switch_power(st, box, t_ps, 1)
     elif kind == LATCH:
         injector_latch(st.injector, t_ps, st.lines, 0, 0)
     elif kind == SWITCH_THROWN:

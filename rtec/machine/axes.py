@@ -112,6 +112,14 @@ class Axes:
         for _, each in self._attached:
             each.check()
 
+    def kept_boxes(self) -> Any:
+        """Return a copy of what boxes with a program hold, for `take_back`; the rest stands in the records."""
+        return _copied(self._boxes)
+
+    def take_back(self, kept: Any) -> None:
+        """Let boxes with a program hold what they held."""
+        _put_back(self._boxes, kept)
+
     @property
     def views(self) -> tuple[StationView, ...]:
         """Return what happens at each axis."""
@@ -136,6 +144,14 @@ def _copied(part: Any) -> Any:
     if isinstance(part, tuple):
         return tuple(_copied(each) for each in part)
     return part.copy() if isinstance(part, np.ndarray) else part
+
+
+def _put_back(part: Any, kept: Any) -> None:
+    if isinstance(part, tuple):
+        for each, was in zip(part, kept, strict=True):
+            _put_back(each, was)
+    elif isinstance(part, np.ndarray):
+        part[...] = kept
 
 
 def _plant_of(stations: Sequence[StationSettings]) -> tuple[Any, ...]:

@@ -216,7 +216,8 @@ class FaultKind(FaultRow, enum.Enum):
 
 
 PROCESSOR_HUNG = FaultRow(
-    "processor hung", _at.HUNG, _F.POWER, _A.BEGUN, "the box's program stands still, its outputs stay",
+    "processor hung", _at.HUNG, _F.POWER, _A.BEGUN,
+    "the box's program stands still, its outputs stay; its end is a restart",
 )  # fmt: skip
 LATCH_STUCK = FaultRow(
     "hold latch stuck closed", _at.LATCH, _F.BOX, _A.EDGES, "A and B rest behind it, for gates and processor",

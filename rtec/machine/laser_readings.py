@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtec import metrology
 from rtec.axis import Block, Dwell, Limits, MotionSegments, Move, ProfileShape, Program, plan
 from rtec.checks import number_within
 from rtec.errors import ArgumentError
+from rtec.metrology.measuring_plan import MeasuringPlan
 from rtec.units import PS_PER_S
 
 HOME_DWELL_S = 0.5
@@ -61,7 +61,7 @@ class MeasuringRun:
 
 
 def measuring_run(
-    plan_: metrology.MeasuringPlan,
+    plan_: MeasuringPlan,
     limits: Limits,
     *,
     stop_s: float | None = None,
@@ -82,7 +82,7 @@ def measuring_run(
     --------
     The program that the thesis prints takes 42 readings:
 
-    >>> figure_4_3 = metrology.MeasuringPlan(
+    >>> figure_4_3 = MeasuringPlan(
     ...     start_mm=25.4, end_mm=177.8, increment_mm=25.4, dwell_s=2, runs=3, feed_mm_s=20, overshoot_mm=2.54)
     >>> limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
     >>> measuring_run(figure_4_3, limits).target_mm.size
@@ -98,7 +98,7 @@ def measuring_run(
 
 
 def repeated_run(
-    plan_: metrology.MeasuringPlan,
+    plan_: MeasuringPlan,
     limits: Limits,
     *,
     every_s: float,
@@ -123,7 +123,7 @@ def repeated_run(
 
     Examples
     --------
-    >>> few = metrology.MeasuringPlan(
+    >>> few = MeasuringPlan(
     ...     start_mm=25.4, end_mm=177.8, increment_mm=76.2, dwell_s=2, runs=1, feed_mm_s=20, overshoot_mm=2.54)
     >>> limits = Limits(max_speed_mm_s=100.0, max_acceleration_mm_s2=500.0, rapid_mm_s=100.0)
     >>> task = repeated_run(few, limits, every_s=600.0, times=3)
@@ -148,7 +148,7 @@ def repeated_run(
 class _Program:
     """The blocks of a measuring program, and which of them are readings."""
 
-    def __init__(self, plan_: metrology.MeasuringPlan) -> None:
+    def __init__(self, plan_: MeasuringPlan) -> None:
         self.targets, self._turns = plan_.targets_mm.tolist(), plan_.turns_mm.tolist()
         self._feed_mm_s, self._dwell_s = plan_.programmed_feed_mm_s, plan_.dwell_s
         self._blocks: list[Block] = []

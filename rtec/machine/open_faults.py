@@ -67,6 +67,8 @@ def faults_at(
         moment_ps = from_ps
         if moment_ps is None:
             moment_ps = int(random.Random(seed + 1000 * number).random() * path_ps)  # noqa: S311 - a draw, no secret
+        if moment_ps < 0:
+            raise ArgumentError(name, f"{word_of(row)} at {moment_ps / PS_PER_S:.9g} s", "a moment from 0 s on")
         if moment_ps >= path_ps:
             allowed = f"a moment before the run ends, at {path_ps / PS_PER_S:.9g} s"
             raise ArgumentError(name, f"{word_of(row)} at {moment_ps / PS_PER_S:.9g} s", allowed)

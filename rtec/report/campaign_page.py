@@ -16,6 +16,7 @@ from rtec.report.campaign_tally import Group, tallied
 from rtec.report.figures_campaign import words_of
 from rtec.report.rendering import markdown_table
 from rtec.verify.campaign.job import Record, Value
+from rtec.verify.campaign.plan import Plan
 from rtec.verify.campaign.run import Campaign
 from rtec.verify.campaign.store import Store
 from rtec.verify.envelope.jobs import ENVELOPE
@@ -27,6 +28,19 @@ LIMIT_HEADS = (
     "processor", "design", "500 kHz", "inserts to", "passes to", "safe to", "limited by", "jitter",
     "from steady motion",
 )  # fmt: skip
+
+
+def _places(plan: Plan) -> re.Pattern[str]:
+    return re.compile(rf"(<!-- rtec campaign {re.escape(plan.name)}: ([^\n]*?) -->\n).*?(<!-- end -->)", re.S)
+
+
+def check_page(page: Path, plan: Plan) -> str:
+    """Check that a page has a place for a plan, and return its text; errors as of `fill_page`."""
+    text = read_text(page, "a page in Markdown")
+    if not _places(plan).search(text):
+        example = f"a line <!-- rtec campaign {plan.name}: rates -->, and <!-- end --> below it"
+        raise ArgumentError("--page", str(page), example, problem="has no place for this plan")
+    return text
 
 
 def fill_page(page: Path, campaign: Campaign, store: Store, addresses: Sequence[str]) -> list[str]:
@@ -52,14 +66,9 @@ def fill_page(page: Path, campaign: Campaign, store: Store, addresses: Sequence[
     FileFormatError, OutputError
         The page cannot be read or written.
     """
-    text, makers = read_text(page, "a page in Markdown"), _tables(campaign, store, addresses)
-    place = re.compile(
-        rf"(<!-- rtec campaign {re.escape(campaign.plan.name)}: ([^\n]*?) -->\n).*?(<!-- end -->)", re.S
-    )
+    text, makers = check_page(page, campaign.plan), _tables(campaign, store, addresses)
+    place = _places(campaign.plan)
     names = [name for _, name, _ in place.findall(text)]
-    example = f"a line <!-- rtec campaign {campaign.plan.name}: rates -->, and <!-- end --> below it"
-    if not names:
-        raise ArgumentError("--page", str(page), example, problem="has no place for this plan")
     for name in names:
         if name not in makers:
             raise ArgumentError("--page", repr(name), ", ".join(makers), problem="is no table of this plan")

@@ -55,7 +55,7 @@ def show(campaign: Campaign, again: str) -> None:
     for line in _sensitivity(campaign):
         console.print(line, soft_wrap=True)
     if total.exempt:
-        console.print("Exempt: harm that what is tried could not have prevented.")
+        console.print("Exempt: harm that supervision cannot prevent.")
     for line in _against(campaign, again):
         console.print(line, soft_wrap=True, markup=False)
 

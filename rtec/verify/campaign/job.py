@@ -23,7 +23,7 @@ Record = dict[str, Value]
 """What a job gives: numbers and words. It holds ``result``, one of the four below."""
 
 PASSED, FAILED, EXEMPT, NOT_ACTIVATED = "passed", "failed", "exempt", "not activated"
-"""The results of a job. Exempt is harm that what is tried could not have prevented; it is counted apart, but not as a
+"""The results of a job. Exempt is harm that supervision cannot prevent; it is counted apart, but not as a
 failure. A job whose fault did not take effect proves nothing: it is in no denominator."""
 
 _LISTED = 12

@@ -151,11 +151,17 @@ def _check_class(text: str, file: str, kind: str, where: str) -> None:
         raise ArgumentError(where, f"{file}:{kind}", f"a class of the file: {known}", meant(kind, classes))
 
 
+_EVERYWHERE = "rtec", "firmware_model"
+"""Packages that every worker has."""
+
+
 def _with_imported(file: Path, texts: dict[str, str]) -> dict[str, str]:
     """Return the files that stand beside a file and are imported, by it or by one of them."""
     folder, waiting = file.parent, [texts[file.name]]
     while waiting:
         for name in _imported(waiting.pop()):
+            if name in _EVERYWHERE:
+                continue
             found = [folder / f"{name}.py", *sorted((folder / name).rglob("*.py"))]
             for path in found:
                 relative = path.relative_to(folder).as_posix()

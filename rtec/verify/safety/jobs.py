@@ -213,7 +213,9 @@ def _impossible(parameters: Parameters) -> str | None:
     first, phase = _VARIANTS[str(parameters["fault"])], _PHASES[str(parameters["phase"])]
     second = _VARIANTS.get(str(parameters["second"]))
     design = Design.named(str(parameters["design"]))
-    if parameters.get("algorithm") and any(one.kind in INSIDE_BOX for one in (first, second) if one is not None):
+    if parameters.get("algorithm", NONE) != NONE and any(
+        one.kind in INSIDE_BOX for one in (first, second) if one is not None
+    ):
         return "what is inside a box with an algorithm of the user's is not known"
     if second is None:
         return impossible(first, phase, design)

@@ -155,6 +155,7 @@ class MonitoredCell(Cell):
             record.rest_ps = REST_PS
         kernels.begin(self._monitors)
         self._start = [record.copy() for record in self._records], (self._predictors, self._models, self._truth)
+        self._start_boxes = self._axes.kept_boxes()
 
     @property
     def _records(self) -> list[Any]:
@@ -167,6 +168,7 @@ class MonitoredCell(Cell):
         for record, start in zip(self._records, records, strict=True):
             for name in record.dtype.names:
                 record[name] = start[name]
+        self._axes.take_back(self._start_boxes)
         self._freeze_ps = NEVER
 
     def monitor(self, *, until_ps: int, stop_after_ps: int = NEVER // 4, slice_ps: int | None = None) -> None:

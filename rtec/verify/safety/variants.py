@@ -252,11 +252,15 @@ def unreachable(variant: Variant, phase: Phase, design: Design, state: int, dire
     if phase is Phase.LARGE and kind.activated_by is ActivatedBy.FRAMES:
         later = ("negative",)  # the next frame comes up to 10 ms later, and the axis begins to move
     if direction not in (*_DURING[phase], *later):
-        return f"the axis does not move so in the phase {phase.value}" if direction != "rest" else _NO_REST
+        return (
+            f"the axis does not move in this direction in the phase {phase.value}"
+            if direction != "rest"
+            else _NO_REST
+        )
     if direction == "rest" and phase is Phase.START_UP and state != 1:
         return "the axis stands at home, in state 1"
     if direction == "rest" and kind.activated_by in (ActivatedBy.WORD, ActivatedBy.GLITCHES, ActivatedBy.EDGES):
-        return "of an axis at rest there is neither an old word that is wrong nor an edge"
+        return "an axis at rest makes no edges, and its old word is right"
     if (
         phase is Phase.INSERTION and kind.place is FaultPlace.AXIS and kind is not LATCH_STUCK
     ):  # it begins with an insertion

@@ -60,7 +60,8 @@ def test_duration_ends_it_with_a_report(capsys, tmp_path):
         (["--log", "bus.txt"], "a name that ends in .log, .asc or .blf"),
         (["--channel", "../x"], "name: '../x'"),
         (["--stand", "--program", "none.nc"], "does not go with --stand"),
-        (["--algorithm", "none.py:Mine"], "none.py: no such file"),
+        (["--algorithm", "none.py:Mine"], "--design beside it"),
+        (["--algorithm", "none.py:Mine", "--design", "c"], "none.py: no such file"),
         (["--algorithm", "none.py:Mine", "--timing", "fast"], "--timing does not go with --algorithm"),
         (["--dbc", "steers.dbc"], "\ufffd[31m"),
     ],
@@ -84,6 +85,8 @@ def test_a_class_of_ones_own_works_in_the_box_and_what_it_prints_is_no_result(ca
     words = [
         "--algorithm",
         f"{tmp_path}/mine.py:Mine",
+        "--design",
+        "a",
         "--interface",
         "virtual",
         "--channel",

@@ -16,7 +16,6 @@ from rtec.verify.contract.exhaustive.result import Ending, Event, Way
 _NOW_PS = 10**12
 _LEVELS = (0, 1, 3, 2)
 _MOST_OFF = 15
-_DECLARED = ("TIMES", "TOTALS", "GRID_PS", "FORGETS_PS")
 _TOGETHER, _BEFORE, _AFTER = 0, 1, 2
 """Inputs that come with the call that the class has asked for, a picosecond before it, or after it."""
 _MANY = 1000

@@ -99,7 +99,7 @@ def test_two_faults_come_each_at_its_own_moment_and_prove_something_only_togethe
     [
         ("cutting", "pc-killed", "pc-killed", "no second one beside itself"),
         ("cutting", "stale-data-valid-for-20-ms", "torn-position-word-for-good", "the end of one would end both"),
-        ("insertion", "power-lost-for-good", "stale-data-valid-for-good", "wait for an insertion"),
+        ("insertion", "power-lost-for-good", "stale-data-valid-for-good", None),
         ("at-rest", "pc-killed", "glitches-for-200-ms", "an axis that stands still has none"),
         ("cutting", "pc-killed", "glitches-for-200-ms", None),
     ],
@@ -156,10 +156,17 @@ def test_motions_find_what_a_box_without_latch_gets_wrong_and_the_stream_that_sh
 def test_every_fault_has_a_word_a_place_and_a_category():
     fault = read_plan("safety").kind.parameter("fault")
     assert len(fault.words) == len(VARIANTS)
-    of_place = [set(fault.meant(f"place={place}")) for place in ("bus", "pc", "axis")]
+    of_place = [set(fault.meant(f"place={place}")) for place in ("bus", "pc", "box", "lines")]
     assert sum(map(len, of_place)) == len(set.union(*of_place)) == len(VARIANTS)
-    assert set(fault.meant("category=the-lines-before-the-box")) < of_place[2]
+    assert set(fault.meant("category=the-lines-before-the-box")) <= of_place[3]
     assert fault.meant("cable-open") == ("encoder-cable-open-for-50-ms", "encoder-cable-open-for-good")
+
+
+def test_the_built_in_plan_has_the_faults_inside_a_box():
+    plan = replace(read_plan("safety").only(["processor-hung", "cutting"]), runs=1)
+    assert [job.parameters["design"] for job in plan.jobs()] == [design.value for design in Design]
+    own = plan.kind.impossible({**next(plan.jobs()).parameters, "algorithm": "mine.py:Mine#1"})
+    assert own is not None
 
 
 def test_the_lathe_is_that_of_rtec_run():
