@@ -27,7 +27,7 @@ from tools.code_mutants import CodeMutant
 
 SEEDS = range(5)
 FILE = Path(mutants.__file__)
-CODE_KINDS = "commands", "tests", "another outcome", "equivalent", "blind", "not played"
+CODE_KINDS = "commands", "tests", "another outcome", "equivalent", "blind"
 FIRMWARE_KINDS = "start", "box", "insertions", "equivalent", "within the contract", "blind spot"
 BOX_CHECKS = "window", "disbelief", "large correction", "switch", "probing", "position", "words", "reset"
 TEMPLATE = Path(__file__).with_name("mutants.md.j2")
@@ -94,26 +94,19 @@ def average(rows: list[list[int | None]]) -> str:
 
 
 def code_cells(found: dict[int, str]) -> dict[str, object]:
-    """Return what the page says of decoder, windows and PC.
-
-    ``found`` is what found each mutant, by its number; one that is not there has not been played.
-    """
+    """Return what the page says of decoder, windows and PC; ``found``: what found each mutant, by its number."""
     table = code_mutants.table()
     counts, places = [], []
     for place in dict.fromkeys(mutant.place for mutant in table):
         own = [mutant for mutant in table if mutant.place == place]
-        kinds = Counter(_kind(mutant, found.get(mutant.number)) for mutant in own)
+        kinds = Counter(_kind(mutant, found[mutant.number]) for mutant in own)
         counts.append((place, len(own), *(kinds[kind] for kind in CODE_KINDS)))
-        rows = [
-            (f"`{one.function}`", one.wrong, _finder(one, found[one.number])) for one in own if one.number in found
-        ]
+        rows = [(f"`{one.function}`", one.wrong, _finder(one, found[one.number])) for one in own]
         places.append((place, rows))
     return {"code_counts": counts, "code": places}
 
 
-def _kind(mutant: CodeMutant, finder: str | None) -> str:
-    if finder is None:
-        return "not played"
+def _kind(mutant: CodeMutant, finder: str) -> str:
     if finder:
         return next((kind for kind in ("tests", "another outcome") if finder.startswith(kind)), "commands")
     return "equivalent" if mutant.equivalent else "blind"

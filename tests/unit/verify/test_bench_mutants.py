@@ -16,7 +16,6 @@ from tools.mutants import BOX_CHECKS
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "mutants.md").read_text(encoding="utf-8")
-PLACES = [f"| {place} |" for place in ("decoder", "windows", "PC")]
 DRAWN = firmware_mutants.drawn()
 COUNTS = """
 import sys
@@ -42,9 +41,7 @@ def test_the_page_has_the_mutants_of_the_code_and_the_code_still_has_their_place
         _, source = code_mutants.functions(ROOT / mutant.file)[mutant.function]
         ast.parse(mutant.source(source))
     shown = [" |".join(line.split(" |")[:2]) + " |" for line in listed.splitlines() if line.startswith("| `")]
-    assert set(shown) <= rows
-    not_played = [int(line.split("|")[-2]) for line in listed.splitlines() if line.startswith(tuple(PLACES))]
-    assert len(shown) + sum(not_played) == len(table)
+    assert sorted(shown) == sorted(rows)
 
 
 def test_a_mutant_is_chosen_while_the_program_runs(tmp_path):
