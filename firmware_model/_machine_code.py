@@ -49,11 +49,16 @@ def imported(file: Path, root: Path) -> Iterator[Path]:
         words = [
             re.split(r"\s+as\s+", name.strip())[0] for name in re.sub(r"#[^\n]*", "", names).strip("()").split(",")
         ]
-        # a name that is a module needs nothing of the package it lies in
-        found = [(place / word).with_suffix(".py") for word in words if word and place.is_dir()]
-        yield from (path for path in found if path.is_file())
-        if not found or not all(path.is_file() for path in found):
-            yield from (path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file())
+        # a name that is a module, or a package, needs nothing of the package it lies in
+        found = [_files_of(place / word) for word in words if word and place.is_dir()]
+        for files in found:
+            yield from files
+        if not found or [] in found:
+            yield from _files_of(place)
+
+
+def _files_of(place: Path) -> list[Path]:
+    return [path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()]
 
 
 @functools.cache

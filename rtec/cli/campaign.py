@@ -89,7 +89,7 @@ def campaign(
         chosen = chosen.counted_by(_words(by))
     _check_size(chosen, yes)
     file = Path(f"campaign-{chosen.name}.db") if store is None else store
-    again = shlex.join(["rtec", "campaign", plan, *said(context, "runs", "seed", "store")])
+    again = shlex.join(["rtec", "campaign", plan, *said(context, "only", "runs", "seed", "by", "store")])
     from rtec.verify.campaign.store import Store
 
     next(chosen.jobs())  # a plan that can prove nothing is refused before a file is made

@@ -285,7 +285,8 @@ def simulate_faults(
         Of `rtec.machine.open_fault_kinds.OPEN_FAULTS`, as `faults_at` returns them. Those of the lines act in this
         order, from the encoder to the box.
     vcd, seen, progress
-        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high from its moment to its end.
+        As of `rtec.machine.simulate`; the waveform has a signal for each fault, high from its moment to its
+        end, or to that of the run.
 
     Raises
     ------

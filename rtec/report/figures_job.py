@@ -28,7 +28,7 @@ def job_figure(trace: Trace) -> Figure:
     >>> from rtec.verify.safety.trace import trace_of
     >>> words = {"design": "c", "phase": "cutting", "fault": "pc-killed", "second": "none"}
     >>> [axes.get_xlabel() for axes in job_figure(trace_of(words, seed=1, run=0)).axes]
-    ['time from PC killed on (ms)', 'time from PC killed on (ms)', 'time from PC killed on (ms)']
+    ['time since PC killed (ms)', 'time since PC killed (ms)', 'time since PC killed (ms)']
     """
     totals = {"requested": steps_of(trace.requested), "completed": steps_of(trace.completed)}
     sides = sides_of(trace.encoder, trace.controller)
@@ -58,7 +58,7 @@ def _view(trace: Trace, window_ps: tuple[int, int]) -> View:
     width_ps = window_ps[1] - window_ps[0]
     unit = "ms" if width_ps > 2 * 10**9 else "us"
     view = View(*window_ps, zero_ps, unit)
-    view.label = f"time from {word} on ({symbol(unit)})"
+    view.label = f"time since {word} ({symbol(unit)})"
     return view
 
 

@@ -32,7 +32,7 @@ def show(campaign: Campaign, again: str) -> None:
     console = Console(highlight=False)
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for name in campaign.by:
-        table.add_column(name)
+        table.add_column(name, overflow="fold")
     for name in ("tried", "failed", "95 %", "no effect"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("outcomes")

@@ -26,6 +26,7 @@ from rtec.machine.open_fault_kinds import (
 from rtec.machine.open_fault_outcome import NOT_ACTIVATED as WITHOUT_EFFECT, SILENT
 from rtec.machine.open_faults import Kept, faults_at, length_ps, simulate_faults
 from rtec.machine.windows import Source
+from rtec.readable import hertz_text
 from rtec.signal import gray
 from rtec.units import PS_PER_S
 from rtec.verify.campaign.job import (
@@ -115,12 +116,16 @@ def trace_of(parameters: Parameters, seed: int, run: int) -> Trace:
         for which in (REQUESTED, COMPLETED)
         for changed in [np.diff(rows[:, which]) != 0]
     ]
-    marks = [(one.activated_ps, word_of(one.fault.kind)) for one in found.outcome.effects if one.activated_ps]
+    marks = [(one.activated_ps, one.fault.kind.words) for one in found.outcome.effects if one.activated_ps]
     return Trace(
-        title=", ".join(str(parameters[name]) for name in ("design", "processor", "motion", "fault")),
+        title=", ".join((
+            path.injector.design.title, *(str(parameters[name]) for name in ("processor", "motion")),
+            hertz_text(float(parameters["frequency_hz"] or 0.0)),
+            " and ".join(fault.kind.words for fault in faults), found.outcome.word,
+        )),
         encoder=sides[0], controller=sides[1], requested=totals[0], completed=totals[1],
         until_ps=round(found.result.simulated_s * PS_PER_S),
-        marks=tuple(marks) or ((faults[0].from_ps, word_of(faults[0].kind)),),
+        marks=tuple(marks) or ((faults[0].from_ps, faults[0].kind.words),),
     )  # fmt: skip
 
 

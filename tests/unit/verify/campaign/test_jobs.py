@@ -223,6 +223,6 @@ def test_faults_of_the_open_path_are_counted_by_what_became_of_them():
     # what there is to see of a job is the run that its record is of
     for job in replace(plan, runs=1).jobs():
         record, trace = job.carry_out(), trace_of(plan.kind, job)
-        assert trace.marks == ((record["activated_ps"], "missed-edge"),)
+        assert trace.marks == ((record["activated_ps"], "missed edge"),)
         assert trace.controller.counts().net == record["controller_counts"]
         assert trace.completed.final == record["corrections_inserted"]
