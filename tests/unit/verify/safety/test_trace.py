@@ -1,10 +1,17 @@
 """What is recorded of a trial, against what is known of it otherwise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from rtec.board import Microcontroller
+from rtec.injector import Design
 from rtec.injector.waves import counts_along
+from rtec.machine.fault_kinds import PROCESSOR_HUNG
+from rtec.machine.faults import Fault
 from rtec.verify.safety.jobs import FAULT, inject
+from rtec.verify.safety.phases import Phase, new_cell, run_through
 from rtec.verify.safety.trace import trace_of
 
 
@@ -84,3 +91,24 @@ def test_a_restart_ends_a_hang_and_a_box_without_power_has_none():
     assert "the end of one would end both" in impossible
     assert FAULT.impossible(words | {"fault": "box-restarted", "second": "processor-hung"}) is None
     assert "without a hold latch" in FAULT.impossible(words | {"design": "b", "fault": "hold-latch-stuck-closed"})
+
+
+def test_a_hang_that_ends_is_a_restart():
+    fault = Fault(kind=PROCESSOR_HUNG, place=1, from_ps=1_600 * 10**9, until_ps=1_620 * 10**9)
+    cell = new_cell(Phase.CUTTING, Design.C, 0, faults=(fault,))
+    run_through(cell, Phase.CUTTING, until_ps=1_610 * 10**9)
+    hung = cell.axes[0].view.session
+    run_through(cell, Phase.CUTTING, until_ps=1_630 * 10**9)
+    assert cell.axes[0].view.session != hung
+
+
+@pytest.mark.sweep  # boxes with a program compile for half a minute
+def test_boxes_with_a_program_go_back_to_the_beginning():
+    chip = Microcontroller.named("8051-12mhz")
+    cell = new_cell(Phase.CUTTING, Design.C, 0, algorithm=replace(chip, program=chip.image(Design.C)))
+    counts = []
+    for _ in range(2):
+        run_through(cell, Phase.CUTTING)
+        counts.append([axis.controller_counts for axis in cell.monitored])
+        cell.rewind()
+    assert counts[0] == counts[1] != [0, 0]
