@@ -361,3 +361,26 @@ def test_the_options_that_make_two_setups_alike(box, pc, options):
     one, other = (Setup(design=d, step_mm=s, cycle_ps=c * MS) for d, s, c in (box, pc))
     assert one.options_that_differ(other) == options
     assert (one.word == other.word) == (options == "")
+
+
+def test_the_hold_of_another_pc_holds_this_one(desk):
+    active(desk)
+    other = Desk()
+    active(other)
+    other.cycle(FATAL, code=Status.DRIVE_STOPPED)
+    (hold,) = (frame for frame in other.pc.turn(at_ps=other.pc.due_ps) if frame.identifier == HOLD)
+    desk.pc.receive(hold, at_ps=desk.pc.due_ps - MS)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.ANOTHER_PC)
+
+
+def test_a_box_of_a_new_session_is_noticed_by_its_status_alone(desk):
+    active(desk)
+    desk.sequence += 1
+    desk.say(STATUS, Status.OK, RUNNING | SWITCH_ON, 10, 0, 0, 0)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.BOX_RESTARTED)
+
+
+def test_a_box_that_has_lost_its_home_is_noticed_in_its_old_session(desk):
+    active(desk)
+    desk.cycle(NOT_HOMED)
+    assert (desk.pc.view.state, desk.pc.view.reason) == (PcState.HOLD, HoldReason.BOX_RESTARTED)
