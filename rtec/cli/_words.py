@@ -33,7 +33,9 @@ OPEN_FAULTS = (
 """Of ``rtec simulate``."""
 PHASES = ("start-up", "at-rest", "cutting", "rapid", "reversal", "insertion", "probing", "large-correction")
 """Of the machine, of ``rtec safety``."""
-CAMPAIGNS = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
+CAMPAIGNS = (
+    "safety", "pairs", "open-faults", "soak", "envelope", "motions", "check", "firmware", "blind", "sensitivity",
+)  # fmt: skip
 """Plans of ``rtec campaign``."""
 QUANTITIES = ("deviation", "force", "torque", "current", "voltage")
 INTERFACES = (

@@ -34,6 +34,8 @@ JOB_KINDS = {
     "open-fault": "rtec.verify.safety.open_jobs:OPEN_FAULT",
     "envelope": "rtec.verify.envelope.jobs:ENVELOPE",
     "motion": "rtec.verify.contract.jobs:MOTION",
+    "check": "rtec.verify.contract.jobs:CHECK",
+    "firmware": "rtec.verify.firmware.jobs:FIRMWARE",
     "game": "rtec.blind.jobs:GAME",
     "lathe": "rtec.study.jobs:LATHE",
 }

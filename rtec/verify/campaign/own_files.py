@@ -40,7 +40,8 @@ class OwnFile:
     beside: str
     """Key of the parameter that a plan has to give with it."""
     machine_code: bool = True
-    """Whether it may be an image, too."""
+    python: bool = True
+    """``machine_code``, ``python``: whether it may be an image, and a class."""
 
     @property
     def key(self) -> str:
@@ -73,9 +74,9 @@ class OwnFile:
             return (NONE,)
         image = self.machine_code and str(given).lower().endswith((".ihx", ".hex"))
         file, _, kind = (str(given), "", "") if image else str(given).rpartition(":")
-        if not image and not (kind and file.lower().endswith(".py")):
-            allowed = "mine.py:Mine, mine.ihx or none" if self.machine_code else "mine.py:Mine or none"
-            raise ArgumentError(where, repr(given)[:60], allowed)
+        if not image and not (self.python and kind and file.lower().endswith(".py")):
+            forms = ["mine.py:Mine"] * self.python + ["mine.ihx"] * self.machine_code
+            raise ArgumentError(where, repr(given)[:60], ", ".join(forms) + " or none")
         path = Path(file)
         texts = {path.name: read_text(folder / path, "an algorithm")}
         if kind:

@@ -18,7 +18,9 @@ from rtec.io import Section, parse_toml, read_text
 from rtec.verify.campaign.job import Choice, Job, JobKind, Number, Parameter, Parameters, Value, job_kind
 from rtec.verify.campaign.own_files import OwnFile
 
-BUILT_IN = ("safety", "pairs", "open-faults", "soak", "envelope", "motions", "blind", "sensitivity")
+BUILT_IN = (
+    "safety", "pairs", "open-faults", "soak", "envelope", "motions", "check", "firmware", "blind", "sensitivity",
+)  # fmt: skip
 """Plans that come with rtec, each a file of this folder."""
 MOST_JOBS = 100_000
 """A larger product has to be meant."""
@@ -26,7 +28,7 @@ _MOST_POINTS, _MOST_RUNS = 10_000, 10_000_000
 _TOP = ("about", "job", "seed", "runs", "by", "requirement", "try", "only")
 _RANGE = ("from", "to", "points", "spacing", "draw")
 _ID = re.compile(r"[^\s,]{1,60}")
-_SPACINGS, _DRAWS = ("linear", "log"), ("random", "latin", "sobol")
+_CHOICES = (("spacing", ("linear", "log")), ("draw", ("random", "latin", "sobol")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -339,11 +341,8 @@ def _range(tried: Section, one: Number, given: dict[str, Any]) -> tuple[Section,
     low, high = (one.one(section.raw(key), section.where(key)) for key in ("from", "to"))
     if not low < high:
         raise section.refused("to", "a value above that of from", problem="is not above it")
-    spacing, draw = (
-        section.raw(key) if section.has(key) else words[0]
-        for key, words in (("spacing", _SPACINGS), ("draw", _DRAWS))
-    )
-    for key, word, words in (("spacing", spacing, _SPACINGS), ("draw", draw, _DRAWS)):
+    spacing, draw = (section.raw(key) if section.has(key) else words[0] for key, words in _CHOICES)
+    for (key, words), word in zip(_CHOICES, (spacing, draw), strict=True):
         if word not in words:
             raise unknown(section.where(key), str(word), words)
     if spacing == "log" and low <= 0.0:

@@ -1,9 +1,11 @@
-"""Single steps in motions as jobs of a campaign."""
+"""Single steps in motions, and the whole contract, as jobs of a campaign."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from rtec.verify.contract.motion_outcome import Outcome, outcome_of
 from rtec.verify.contract.motions import AIMED, insertion_window, motion_for, stream_of
 from rtec.verify.contract.python_class import PythonClass
 from rtec.verify.contract.shown import shown_ps
+from rtec.verify.contract.suite import TRIES, check_algorithm
 from rtec.verify.contract.trials import Case, Run, Trials
 
 _LATE = 3
@@ -86,6 +89,46 @@ def trace_of(parameters: Parameters, seed: int, run: int) -> Trace | None:
     )
 
 
+def whole_contract(parameters: Parameters, seed: int, run: int) -> Record:
+    """Hold a design to the whole contract: a verdict of ``rtec check``, with the same numbers.
+
+    Parameters
+    ----------
+    parameters
+        ``design``, ``processor``, ``latch``, ``algorithm``: as of `step_in_motion`; ``frequency_hz``, up to which
+        every count has to be right; ``tries`` of the hunt.
+    seed, run
+        Their sum is the seed of the hunt.
+    """
+    design, own = Design.named(str(parameters["design"])), str(parameters.get("algorithm", NONE))
+    timing, real_edges = Timing.of(design, Processor(parameters["processor"])), RealEdges(parameters["latch"])
+    box = BuiltIn(InjectorSettings(design=design, timing=timing, real_edges=real_edges))
+    contract = replace(Contract.of(design), frequency_hz=float(parameters["frequency_hz"] or 0.0))
+    tried = box if own == NONE else _own(own)
+    verdict = check_algorithm(tried, contract, tries=int(parameters["tries"] or 0), seed=seed + run)
+    return verdict_record(verdict.to_dict())
+
+
+_ELSEWHERE = "passed", "seed", "runs"
+"""Of a verdict, what is said elsewhere; runs depend on the time that endurance has."""
+
+
+def verdict_record(verdict: Mapping[str, Any], reason: str = "reason") -> Record:
+    """Return a verdict, as its ``to_dict`` gives it, as numbers and words; ``reason``: the key of that of a check."""
+    failing = [check for check in verdict["checks"] if check["passed"] is not True]
+    plain = {
+        name: value
+        for name, value in verdict.items()
+        if (value is None or isinstance(value, str | int | float)) and name not in _ELSEWHERE
+    }
+    return {
+        "result": FAILED if failing else PASSED,
+        "outcome": f"fails: {', '.join(check['name'] for check in failing)}" if failing else "right",
+        "reason": failing[0][reason] if failing else None,
+        **plain,
+    }
+
+
 def _played(parameters: Parameters, seed: int, run: int) -> tuple[Trials, int, Run | str | None]:
     """Return the bench, when an insertion is late, and the run; instead of it what is wrong at rest, or None."""
     design, processor = Design.named(str(parameters["design"])), Processor(parameters["processor"])
@@ -144,4 +187,20 @@ MOTION = JobKind(
     by=("processor", "design", "motion"),
     impossible=_impossible,
     trace=f"{__name__}:trace_of",
+)
+
+
+CHECK = JobKind(
+    does="A design is held to the whole contract of a corrector.",
+    function=f"{__name__}:whole_contract",
+    parameters=(
+        Choice(name="design", words=tuple(design.value for design in Design)),
+        Choice(name="processor", words=tuple(one.value for one in Processor), default=(Processor.FAST.value,)),
+        Choice(name="latch", words=tuple(edges.value for edges in RealEdges), default=(RealEdges.HOLD.value,)),
+        Number(name="frequency_hz", unit="Hz", low=1.0, high=5e6, default=500e3),
+        Number(name="tries", low=0.0, high=1e7, default=TRIES, whole=True),
+        OwnFile(name="algorithm", beside="design", machine_code=False),
+    ),
+    by=("design", "processor", "latch"),
+    impossible=_impossible,
 )

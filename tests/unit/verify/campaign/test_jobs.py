@@ -5,10 +5,12 @@ from itertools import product
 
 import pytest
 
+from firmware_model import read_hex
 from rtec.blind.confusion import confusion
 from rtec.blind.judged import judged
 from rtec.blind.lines import the_lines
-from rtec.injector import Design
+from rtec.board import Microcontroller
+from rtec.injector import Design, InjectorSettings, Processor, RealEdges, Timing
 from rtec.study import builtin_study, run_study
 from rtec.study.jobs import LATHE, corrected_axis
 from rtec.study.models import TRUTH
@@ -17,8 +19,12 @@ from rtec.verify.campaign.plan import read_plan
 from rtec.verify.campaign.run import addresses_of, run_campaign
 from rtec.verify.campaign.store import Store
 from rtec.verify.campaign.trace import trace_of
+from rtec.verify.contract.built_in import BuiltIn
+from rtec.verify.contract.contract import Contract
+from rtec.verify.contract.suite import check_algorithm
 from rtec.verify.envelope.jobs import row_record
 from rtec.verify.envelope.rows import EnvelopePlan, find_envelope
+from rtec.verify.firmware.check import FirmwareCheckPlan, check_firmware
 from rtec.verify.safety.jobs import episode_record, inject, trial_record
 from rtec.verify.safety.matrix import MatrixPlan, Outcome, run_matrix
 from rtec.verify.safety.phases import Phase, hyphened
@@ -151,6 +157,36 @@ def test_motions_find_what_a_box_without_latch_gets_wrong_and_the_stream_that_sh
     wrong = [one for one in records_of(merged).values() if one["result"] == "failed"]
     assert wrong
     assert all(one["outcome"] in ("illegal", "undetected") and "end" in one["stream"] for one in wrong)
+
+
+def test_a_check_is_that_of_rtec_check():
+    plan = read_plan("check").only(["c"])
+    (found,) = records_of(replace(plan, grid={**plan.grid, "tries": (50,)})).values()
+    timing = Timing.of(Design.C, Processor.FAST)
+    box = BuiltIn(InjectorSettings(design=Design.C, timing=timing, real_edges=RealEdges.HOLD))
+    verdict = check_algorithm(box, Contract.of(Design.C), tries=50, seed=plan.seed).to_dict()
+    assert (found["result"], found["outcome"], found["reason"]) == ("passed", "right", None)
+    for key in ("max_inserting_hz", "max_passing_hz", "min_separation_ps", "max_delay_ps", "worst_stream"):
+        assert found[key] == verdict[key]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("latch", ["yes", "no"])
+def test_a_program_is_checked_as_by_rtec_firmware_check(latch):
+    plan = read_plan("firmware").only(["c", "8051-12mhz"])
+    grid = {**plan.grid, "tries": (50,), "phases": (1,), "hold_latch": (latch,)}
+    (found,) = records_of(replace(plan, grid=grid)).values()
+    chip = Microcontroller.named("8051-12mhz")
+    verdict = check_firmware(
+        FirmwareCheckPlan(
+            image=read_hex(chip.image(Design.C)), design=Design.C, microcontroller=chip, hold_latch=latch == "yes",
+            phases=1, tries=50, seed=plan.seed,
+        )
+    ).to_dict()  # fmt: skip
+    failing = [check["name"] for check in verdict["checks"] if not check["passed"]]
+    assert found["outcome"] == (f"fails: {', '.join(failing)}" if failing else "right")
+    for key in ("reading_us", "worst_insertion_cycles", "max_inserting_hz"):
+        assert found[key] == verdict[key]
 
 
 def test_every_fault_has_a_word_a_place_and_a_category():
