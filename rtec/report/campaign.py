@@ -39,7 +39,7 @@ DEFINITIONS = (
     ),
     ("passed", "The fault took effect, and nothing went wrong that should not."),
     ("failed", "It did harm that supervision can prevent."),
-    ("exempt", "It did harm that nothing that is tried can prevent; in the denominator, but not a failure."),
+    ("exempt", "It did harm that supervision cannot prevent; in the denominator, but not a failure."),
     ("hole", "A combination that took effect in none of its jobs."),
     ("Wilson, Clopper-Pearson", "Intervals of 95 % of the rate of failures; the second is the exact one."),
     ("below", "Bound of the rate of something that none of n jobs showed, with 95 % confidence: about 3/n."),

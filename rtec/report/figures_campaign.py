@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _LOOKS = {
     "failed": (ALARM, "F", "failed: harm that supervision can prevent"),
-    "exempt": (UPSTREAM, "x", "exempt: harm that nothing tried can prevent"),
+    "exempt": (UPSTREAM, "x", "exempt: harm that supervision cannot prevent"),
     "no record": (PAPER, "?", "no record"),
     "hole": (BAND, "o", "never took effect: a hole"),
     "safe stop": (STOPPED, "s", "safe stop"),
@@ -62,7 +62,9 @@ def campaign_figure(tally: Tally, link: Callable[[Value, Value, Value], str]) ->
     rows, columns, panels = tally.rows, tally.columns, tally.panels
     if not rows.name or len(rows.values) > _MOST_ROWS or len(columns.values) > _MOST_COLUMNS:
         return None
-    left_inch = _LETTER_INCH * max(len(words_of(value)) for value in rows.values) + 0.3
+    corner = f"{columns.name} →\n{rows.name} ↓" if columns.name else f"{rows.name} ↓"
+    longest = max(len(words) for words in (*corner.split("\n"), *map(words_of, rows.values)))
+    left_inch = _LETTER_INCH * longest + 0.3
     title_inch = _LETTER_INCH * max(len(words_of(value)) for value in columns.values) + 0.1
     above_inch = title_inch + _TITLE_INCH * bool(panels.name) + _LEGEND_INCH
     height_inch = above_inch + _ROW_INCH * len(rows.values) + 0.1
@@ -83,6 +85,8 @@ def campaign_figure(tally: Tally, link: Callable[[Value, Value, Value], str]) ->
             axes.text(0.0, 1.0 + title_inch / (_ROW_INCH * len(rows.values)),
                       f"{panels.name} {words_of(panel)}", transform=axes.transAxes, fontsize=9.5)  # fmt: skip
     _ticks(drawn[0], rows)
+    drawn[0].text(-0.05 / width_inch * len(panels.values), 1.0 + 0.05 / (_ROW_INCH * len(rows.values)), corner,
+                  transform=drawn[0].transAxes, ha="right", va="bottom", fontsize=7.5)  # fmt: skip
     from matplotlib.patches import Patch  # noqa: PLC0415 - half a second, needed only where something is drawn
 
     marks = [

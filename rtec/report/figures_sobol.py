@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtec.report.figures_campaign import words_of
-from rtec.report.figures_style import new_figure
+from rtec.report.figures_style import WIDTH_INCH, new_figure
 from rtec.report.palette import BLUE, INK, LIGHT
 from rtec.verify.campaign.sensitivity import SobolIndex
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ACROSS = 3
-_ROW_INCH, _PANEL_INCH, _LEGEND_INCH = 0.17, 0.6, 0.35
+_ROW_INCH, _PANEL_INCH, _LEGEND_INCH, _LETTER_INCH, _BELOW_INCH = 0.17, 0.6, 0.35, 0.075, 0.45
 
 
 def combinations(indices: Sequence[SobolIndex]) -> dict[str, list[SobolIndex]]:
@@ -42,8 +42,16 @@ def sobol_figure(indices: Sequence[SobolIndex]) -> Figure:
         largest[one.parameter] = max(one.total, largest.get(one.parameter, -math.inf))
     parameters = sorted(largest, key=lambda name: -largest[name])
     lines = math.ceil(len(results) / _ACROSS)
-    figure = new_figure(_LEGEND_INCH + lines * (_PANEL_INCH + _ROW_INCH * len(parameters)))
-    panels = figure.subplots(lines, _ACROSS, sharex=True, sharey=True, squeeze=False).ravel()
+    rows_inch = _ROW_INCH * len(parameters)
+    height_inch = _LEGEND_INCH + lines * (_PANEL_INCH + rows_inch) + _BELOW_INCH
+    figure = new_figure(height_inch)
+    figure.set_layout_engine("none")  # a constrained layout cuts the longest names off
+    room = {
+        "left": (_LETTER_INCH * max(map(len, parameters)) + 0.15) / WIDTH_INCH, "right": 0.98, "wspace": 0.06,
+        "top": 1.0 - (_LEGEND_INCH + 0.3) / height_inch, "bottom": _BELOW_INCH / height_inch,
+        "hspace": _PANEL_INCH / rows_inch,
+    }  # fmt: skip
+    panels = figure.subplots(lines, _ACROSS, sharex=True, sharey=True, squeeze=False, gridspec_kw=room).ravel()
     for axes, result in zip(panels, results, strict=False):
         _panel(axes, {one.parameter: one for one in indices if one.of == result}, parameters)
         axes.set_title(result)
@@ -52,7 +60,8 @@ def sobol_figure(indices: Sequence[SobolIndex]) -> Figure:
     panels[0].set_yticks(range(len(parameters)), parameters)
     panels[0].set_ylim(len(parameters) - 0.4, -0.6)
     panels[0].set_xlim(-0.1, 1.2)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    figure.supxlabel("share of the variance, with intervals of 95 %", y=0.02 / height_inch, fontsize=9)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="upper center", ncols=2)
     return figure
 
 
