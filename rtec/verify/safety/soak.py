@@ -46,7 +46,6 @@ _GAP_S = 60.0
 """Between faults of an episode, on average."""
 _SHARE_UPSTREAM = 0.2
 _BATCH = 16
-_PS_PER_H = 3600 * PS_PER_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
